@@ -114,6 +114,7 @@ void measure_reading(Meter& meter);
 void measure_blocks(Meter& meter);
 void measure_registration(Meter& meter);
 void measure_fusion(Meter& meter);
+void measure_reliability(Meter& meter);
 void measure_exchange(Meter& meter);
 
 }  // namespace tessera::bench

@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
   measure_blocks(meter);
   measure_registration(meter);
   measure_fusion(meter);
+  measure_reliability(meter);
   measure_exchange(meter);
   if (!write_json(meter.cases(), argv[1]).ok()) return 2;
   for (const std::string& name : meter.beyond())

@@ -60,7 +60,7 @@ void warn_of_losses(const Node& node) {
       "archived before others had all of them, as memory was short; they have the rest once the "
       "robot returns; give a larger [map] memory");
   warn_if(global.refused_blocks + global.refused_outputs + global.refused_sums +
-              global.replicas.replicas_refused_storage,
+              global.refused_tallies + global.replicas.replicas_refused_storage,
           "refusal", "of blocks of the global map; give a larger [fusion] memory");
   warn_if(global.replicas.replicas_refused_quota, "refusal",
           "of blocks, as a robot's share is used up; give a larger [fusion] robot_share or memory");

@@ -138,9 +138,10 @@ Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Jso
       {"sum_bytes", report.sum_bytes},
       {"bytes_per_replica_voxel", per_voxel(report.replicas.replica_bytes, run.replica_voxels)},
       {"bytes_per_label_voxel", per_voxel(run.usage.used_bytes, run.usage.label_voxels)},
-      {"refused", refused_blocks(report) + report.refused_sums},
+      {"refused", refused_blocks(report) + report.refused_sums + report.refused_tallies},
       {"refused_blocks", refused_blocks(report)},
-      {"refused_sums", report.refused_sums}};
+      {"refused_sums", report.refused_sums},
+      {"refused_tallies", report.refused_tallies}};
   json["saturated_voxels"] = report.saturated_voxels;
   json["heap_allocations_after_init"] = run.heap_allocations ? Json(*run.heap_allocations) : Json();
   json["config"] = config;
@@ -164,6 +165,11 @@ std::vector<Message> losses_of(const FuseRun& run) {
   if (run.report.refused_sums > 0) {
     losses.push_back(counted(run.report.refused_sums, "block") +
                      " left undiffused for lack of memory; give a larger " +
+                     kFuseSettings["--memory"]);
+  }
+  if (run.report.refused_tallies > 0) {
+    losses.push_back(counted(run.report.refused_tallies, "block") +
+                     " not asked how reliable robots are for lack of memory; give a larger " +
                      kFuseSettings["--memory"]);
   }
   return losses;

@@ -126,9 +126,10 @@ Outcome<GlobalMapConfig> config_for(const std::vector<FuseInput>& inputs,
   const auto without_map = [&] {
     return GlobalMap::required_bytes(config, components) - required_bytes(config.map);
   };
-  const bool diffuses = diffusion.mode != DiffusionMode::kNone;
-  const std::uint32_t ample_segments = diffuses ? config.sum_segments : 1;
   config.blocks = count_global_blocks(inputs) + 1;
+  const bool diffuses = diffusion.mode != DiffusionMode::kNone;
+  // Without sums there are tallies: seldom more than two segments of a block.
+  const std::uint32_t ample_segments = diffuses ? config.sum_segments : 2 * config.blocks;
   config.sum_segments = 1;
   const std::size_t least = without_map();
   if (least < budget_bytes) {

@@ -105,9 +105,12 @@ Outcome<void> FusionRun::fuse(const std::vector<FuseInput>& inputs, const FusePr
   run_.publish_ms = ms_since(start_us);
   start_us = MonotonicClock::now_us();
   const std::uint32_t total = global_.waiting();
+  std::uint32_t done = 0;
   while (global_.busy()) {
     run_.work += global_.step(1U << 20U);
-    if (progress) progress(total - std::min(total, global_.waiting()), total);
+    // Blocks of robots that are weighed otherwise wait again.
+    done = std::max(done, total - std::min(total, global_.waiting()));
+    if (progress) progress(done, total);
   }
   run_.fuse_ms = ms_since(start_us);
   return {};

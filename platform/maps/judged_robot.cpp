@@ -62,8 +62,10 @@ std::string doubt_of(const JudgedRobot& robot, const ClassTable& classes) {
     if (!is_named(robot, label)) continue;
     names += (count++ == 0 ? "" : ", ") + std::string(classes[label].name_view());
   }
-  return fmt::format("robot {}'s labels differ from those of most others, and count less: {}",
-                     robot.whole.robot, names);
+  return fmt::format(
+      "most other robots contradict robot {} where it or they see {}; its network "
+      "or its class table may be wrong",
+      robot.whole.robot, names);
 }
 
 }  // namespace tessera

@@ -114,6 +114,9 @@ auto counters_of(const RefusalCounters& counted) {
       Watched{g.refused_sums,
               "global_map refused_sums: % times a block stayed undiffused; give more [fusion] "
               "memory"},
+      Watched{g.refused_tallies,
+              "global_map refused_tallies: % times a block was not asked how reliable robots are; "
+              "give more [fusion] memory"},
       Watched{
           g.torn_blocks,
           "global_map torn_blocks: % blocks of a contribution that moved were shown early; give "

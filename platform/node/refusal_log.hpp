@@ -33,7 +33,7 @@ class RefusalLog {
   static constexpr std::int64_t kLook_us = 1'000'000;
   /// Between two lines of one counter.
   static constexpr std::int64_t kPeriod_us = 60'000'000;
-  static constexpr std::size_t kCounters = 43;
+  static constexpr std::size_t kCounters = 44;
 
   /// Checks the counters, unless the last look is less than kLook_us ago, and logs which of them
   /// keep growing; of conflicts and twins each increase, the first at once. now_us: monotonic.

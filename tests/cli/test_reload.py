@@ -155,6 +155,7 @@ class Reload(Faults):
         a.says("robot 1 excludes the same robots as this one again", since[0])
         b.says("robot 0 excludes the same robots as this one again", since[1])
         self.assertEqual([], self.shown_by(a)["exclude_differs"])
+        self.assertEqual([], self.shown_by(a)["doubted"])
         checks = self.doctor("b")
         self.assertEqual(("good", "robots heard with this list: 2"), tuple(checks["exclude lists"][k] for k in ("state", "found")))
         self.assertEqual("good", checks["robots' numbers"]["state"])

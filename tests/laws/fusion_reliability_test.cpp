@@ -4,6 +4,7 @@
 // that whatever comes in which order.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <memory>
 #include <vector>
 
 #include "support/cloud.hpp"
@@ -11,29 +12,6 @@
 
 namespace tessera::oracle {
 namespace {
-
-using Says = int (*)(int truth);
-int honestly(int truth) { return truth; }
-int swapped(int truth) { return truth == 1 ? 2 : truth == 2 ? 1 : truth; }
-int permuted(int truth) { return truth % 3 + 1; }
-
-/// Strips of classes 1, 2 and 3 on the ground: all robots see x of 0 to 63, and each a place of its
-/// own, from 100 (robot + 1) on.
-OracleContribution ground(std::uint32_t robot, Says says) {
-  OracleContribution contribution;
-  contribution.id = {robot, 0, 0};
-  const auto put = [&](std::int64_t x, std::int64_t y) {
-    OracleCounts counts(kTeamClasses + 2);
-    counts[static_cast<std::size_t>(says(static_cast<int>(y / 16) + 1))] = 5.0 + robot;
-    counts[0] = (x + y) % 3 == 0 ? 1.0 : 0.0;
-    contribution.voxels[{x, y, 0}] = counts;
-  };
-  for (std::int64_t y = 0; y < 48; ++y) {
-    for (std::int64_t x = 0; x < 64; ++x) put(x, y);
-    for (std::int64_t x = 0; x < 8; ++x) put(100 * (robot + 1) + x, y);
-  }
-  return contribution;
-}
 
 GlobalMapConfig judged_config() {
   GlobalMapConfig config = team_config(TuplePolicy::kCompact);
@@ -44,7 +22,7 @@ GlobalMapConfig judged_config() {
 std::uint64_t fused_digest(const GlobalMapConfig& config, std::initializer_list<Says> robots) {
   Team team(config);
   std::uint32_t robot = 0;
-  for (const Says says : robots) team.publish(ground(robot++, says), 1);
+  for (const Says says : robots) team.publish(striped_ground(robot++, says), 1);
   team.settle();
   return team.digest();
 }
@@ -66,7 +44,7 @@ TEST_CASE("reliability: two of three outvote a robot that has more evidence than
   config.diffusion.iterations = 0;  // so much of what it is right in would go over its borders
   Team team(config);
   for (std::uint32_t robot = 0; robot < 3; ++robot) {
-    OracleContribution one = ground(robot, robot == 1 ? lie : honestly);
+    OracleContribution one = striped_ground(robot, robot == 1 ? lie : honestly);
     for (auto& [voxel, counts] : one.voxels) {
       for (std::size_t c = 1; robot == 1 && c < counts.size(); ++c) counts[c] *= 10.0;
     }
@@ -91,8 +69,8 @@ TEST_CASE(
     "reliability: with two nobody knows who is wrong: both count, and that they differ is said") {
   GlobalMapConfig config = judged_config();
   Team team(config);
-  team.publish(ground(0, honestly), 1);
-  team.publish(ground(1, swapped), 1);
+  team.publish(striped_ground(0, honestly), 1);
+  team.publish(striped_ground(1, swapped), 1);
   team.settle();
   for (const std::uint32_t robot : {0U, 1U}) {
     CHECK(judged(team, robot).shared == 64 * 48);
@@ -106,7 +84,7 @@ TEST_CASE(
 
 TEST_CASE("reliability: of robots and classes that are not there nothing is said") {
   Team team(judged_config());
-  team.publish(ground(0, honestly), 1);
+  team.publish(striped_ground(0, honestly), 1);
   team.settle();
   CHECK(team.global().reliability(1).status() == Status::kOutOfRange);
   CHECK(team.global().reliability(1, 1).status() == Status::kOutOfRange);
@@ -123,13 +101,33 @@ TEST_CASE("reliability: the paper's modes are to the letter, whoever is wrong") 
   CHECK(fused_digest(config, {honestly, swapped, honestly}) == as_it_is);
 }
 
+/// Robot 0 in two submaps, robot 3 in a turned frame.
+std::vector<OracleContribution> team_of(const std::vector<Says>& day, const Matrix34d& T) {
+  std::vector<OracleContribution> all;
+  for (std::uint32_t robot = 0; robot < day.size(); ++robot) {
+    OracleContribution one = striped_ground(robot, day[robot]);
+    if (robot == 3) one.T_global_local = T;
+    if (robot == 0) {
+      OracleContribution other = one;
+      other.id.submap = 1;
+      std::erase_if(one.voxels, [](const auto& voxel) { return voxel.first[0] > 40; });
+      std::erase_if(other.voxels, [](const auto& voxel) { return voxel.first[0] < 20; });
+      all.push_back(other);
+    }
+    all.push_back(one);
+  }
+  return all;
+}
+
 TEST_CASE("reliability: any order, change of mind, move and cutting up of work is as fusing anew") {
   Random random(announce_seed(23));
-  const GlobalMapConfig config = judged_config();
+  GlobalMapConfig config = judged_config();
+  config.max_evidence = 9.0F;  // the submaps of one robot exceed it together
   Team team(config);
   const std::vector<std::vector<Says>> days{{honestly, honestly, honestly, honestly},
                                             {honestly, swapped, permuted, honestly},
                                             {permuted, swapped, honestly, honestly},
+                                            {honestly, honestly, swapped, swapped},
                                             {honestly, honestly, swapped, honestly}};
   std::uint32_t version = 0;
   for (const std::vector<Says>& day : days) {
@@ -139,9 +137,9 @@ TEST_CASE("reliability: any order, change of mind, move and cutting up of work i
       std::uint64_t key;
       std::vector<std::byte> bytes;
     };
+    const Matrix34d T = random_transform(random, 20.0, 0.3);
     std::vector<Chunk> chunks;
-    for (std::uint32_t robot = 0; robot < day.size(); ++robot) {
-      const OracleContribution one = ground(robot, day[robot]);
+    for (const OracleContribution& one : team_of(day, T)) {
       const GlobalMap::Slot slot = *team.global().open(one.id, GridTransform());
       for (auto& [key, bytes] : pack_voxels(one.voxels)) chunks.push_back({slot, key, bytes});
     }
@@ -149,20 +147,15 @@ TEST_CASE("reliability: any order, change of mind, move and cutting up of work i
       std::swap(chunks[i - 1], chunks[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
     for (const Chunk& chunk : chunks) {
       REQUIRE(team.global().put(chunk.slot, BlockKey{chunk.key}, version, chunk.bytes).ok());
-      if (random.below(5) == 0) team.global().step(static_cast<std::uint64_t>(random.below(3000)));
+      if (random.below(5) == 0) team.global().step(static_cast<std::uint64_t>(random.below(9000)));
+      if (&chunk != &chunks[chunks.size() / 2]) continue;
+      CHECK(team.global().set_frame(*team.global().replicas().find({3, 0, 0}),
+                                    *GridTransform::make(T, 0.1),
+                                    version) == Replicas::Change::kTaken);
     }
-    Matrix34d T = Matrix34d::Identity();
-    T(0, 3) = 0.1 * version;
-    const GlobalMap::Slot moved = *team.global().replicas().find({3, 0, 0});
-    CHECK(team.global().set_frame(moved, *GridTransform::make(T, 0.1), version) ==
-          Replicas::Change::kTaken);
     team.settle();
     Team anew(config);
-    for (std::uint32_t robot = 0; robot < day.size(); ++robot) {
-      OracleContribution one = ground(robot, day[robot]);
-      if (robot == 3) one.T_global_local = T;
-      anew.publish(one, 1);
-    }
+    for (const OracleContribution& one : team_of(day, T)) anew.publish(one, 1);
     anew.settle();
     REQUIRE(team.digest() == anew.digest());
     for (std::uint32_t robot = 0; robot < day.size(); ++robot)
@@ -170,21 +163,58 @@ TEST_CASE("reliability: any order, change of mind, move and cutting up of work i
   }
 }
 
+TEST_CASE("reliability: weighing changes no voxel's evidence, and so nothing that is occupied") {
+  GlobalMapConfig config = judged_config();
+  config.diffusion.iterations = 0;
+  const auto fused = [&] {
+    auto team = std::make_unique<Team>(config);
+    for (std::uint32_t robot = 0; robot < 3; ++robot)
+      team->publish(striped_ground(robot, robot == 1 ? permuted : honestly), 1);
+    team->settle();
+    return team;
+  };
+  const auto weighed = fused();
+  config.diffusion.weigh_robots = false;
+  const auto plain = fused();
+  CHECK(judged(*weighed, 1).reliability == 0.0F);
+  const OracleVoxels with = voxels_of(weighed->global().map());
+  const OracleVoxels without = voxels_of(plain->global().map());
+  REQUIRE(with.size() == without.size());
+  for (const auto& [voxel, counts] : with) {
+    double sum = 0.0;
+    double expected = 0.0;
+    const OracleCounts& others = without.at(voxel);
+    for (std::size_t c = 1; c < counts.size(); ++c) {
+      sum += counts[c];
+      expected += others[c];
+    }
+    REQUIRE(sum == Approx(expected).epsilon(0.02));  // compact counts
+    REQUIRE(counts[0] == others[0]);
+    REQUIRE(weighed->global().query(coord_of(voxel)).state ==
+            plain->global().query(coord_of(voxel)).state);
+  }
+}
+
 TEST_CASE("reliability: when the others have gone nobody is judged any more") {
   const GlobalMapConfig config = judged_config();
   Team team(config);
   for (std::uint32_t robot = 0; robot < 3; ++robot)
-    team.publish(ground(robot, robot == 1 ? permuted : honestly), 1);
+    team.publish(striped_ground(robot, robot == 1 ? permuted : honestly), 1);
   team.settle();
   REQUIRE(judged(team, 1).named != 0);
   team.global().remove(*team.global().replicas().find({2, 0, 0}));
   team.settle();
   CHECK(judged(team, 1).named == 0);
   CHECK(team.digest() == fused_digest(config, {honestly, permuted}));
-  // One that comes in its place is another one.
-  team.publish(ground(7, honestly), 1);
+  // One that comes in its place is another one, also before that is known.
+  team.global().remove(*team.global().replicas().find({1, 0, 0}));
+  while (team.global().replicas().find({1, 0, 0}).ok()) team.global().step(500);
+  team.publish(striped_ground(4, honestly), 1);
+  team.publish(striped_ground(1, permuted), 2);
+  team.publish(striped_ground(7, honestly), 1);
   team.settle();
   CHECK(judged(team, 1).named != 0);
+  CHECK(judged(team, 4).named == 0);
   CHECK(judged(team, 7).named == 0);
 }
 
@@ -194,7 +224,7 @@ TEST_CASE(
   config.sum_segments = 1;
   Team team(config);
   for (std::uint32_t robot = 0; robot < 3; ++robot)
-    team.publish(ground(robot, robot == 1 ? permuted : honestly), 1);
+    team.publish(striped_ground(robot, robot == 1 ? permuted : honestly), 1);
   team.settle();
   const GlobalMapReport report = team.global().report();
   CHECK(report.refused_tallies != 0);

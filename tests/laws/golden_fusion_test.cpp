@@ -60,5 +60,22 @@ TEST_CASE("golden digest: fusing the same contributions gives the same map on ev
   CHECK(digest_by_rows(team.global().map()) == golden.by_rows);
 }
 
+TEST_CASE("golden digest: of robots of which two are wrong, on every machine") {
+  GlobalMapConfig config = team_config(TuplePolicy::kCompact);
+  config.diffusion.iterations = 2;
+  Team team(config);
+  for (std::uint32_t robot = 0; robot < 5; ++robot) {
+    OracleContribution one = striped_ground(robot, robot == 1   ? swapped
+                                                   : robot == 3 ? permuted
+                                                                : honestly);
+    if (robot == 4) one.T_global_local = turned(12.0, 0.0, 0.0, 0.25);
+    team.publish(one, 1);
+  }
+  team.settle();
+  CHECK(team.global().reliability(1)->named != 0);
+  CAPTURE(team.digest());
+  CHECK(team.digest() == 0x51cf4ed1ec8caad9U);
+}
+
 }  // namespace
 }  // namespace tessera::oracle

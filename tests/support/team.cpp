@@ -151,4 +151,20 @@ OracleVoxels voxels_of(const LocalMap& map) {
   return voxels;
 }
 
+OracleContribution striped_ground(std::uint32_t robot, Says says) {
+  OracleContribution contribution;
+  contribution.id = {robot, 0, 0};
+  const auto put = [&](std::int64_t x, std::int64_t y) {
+    OracleCounts counts(kTeamClasses + 2);
+    counts[static_cast<std::size_t>(says(static_cast<int>(y / 16) + 1))] = 5.0 + robot;
+    counts[0] = (x + y) % 3 == 0 ? 1.0 : 0.0;
+    contribution.voxels[{x, y, 0}] = counts;
+  };
+  for (std::int64_t y = 0; y < 48; ++y) {
+    for (std::int64_t x = 0; x < 64; ++x) put(x, y);
+    for (std::int64_t x = 0; x < 8; ++x) put(100 * (std::int64_t{robot} + 1) + x, y);
+  }
+  return contribution;
+}
+
 }  // namespace tessera::oracle

@@ -39,6 +39,15 @@ using PackedBlocks = std::map<std::uint64_t, std::vector<std::byte>>;
           static_cast<std::int32_t>(voxel[2])};
 }
 
+/// What a robot calls a class; what it is, and two and three classes taken for each other.
+using Says = int (*)(int truth);
+constexpr int honestly(int truth) { return truth; }
+constexpr int swapped(int truth) { return truth == 1 ? 2 : truth == 2 ? 1 : truth; }
+constexpr int permuted(int truth) { return truth % 3 + 1; }
+/// Strips of classes 1, 2 and 3 on the ground, each 16 voxels along y: all robots see x of 0 to 63,
+/// and each a place of its own, from x = 100 (robot + 1) on.
+[[nodiscard]] OracleContribution striped_ground(std::uint32_t robot, Says says);
+
 class Team;
 /// So many robots with so many voxels each, published and fused.
 [[nodiscard]] std::vector<OracleContribution> publish_random(Team& team, Random& random, int robots,

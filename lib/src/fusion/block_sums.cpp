@@ -251,6 +251,7 @@ BlockSums::Added BlockSums::add_up(const Replicas& replicas, const RobotWeights&
       has_sessions = has_sessions || MapSession::is(replicas.contribution(all[next]).id.submap);
     const std::span<const Slot> of_robot = all.subspan(first, next - first);
     added.work += gather_robot(replicas, of_robot, block, added.robots);
+    if (share_.entered()) added.classes |= share_.content().components();
     add_robot(weights, replicas.contribution(of_robot.front()).robot_bit, content);
     if (has_sessions) added.work += add_sessions(replicas, of_robot, block);
   }
@@ -259,7 +260,7 @@ BlockSums::Added BlockSums::add_up(const Replicas& replicas, const RobotWeights&
   if (labelled) added.robots |= added.robots + 1;
   if (any_doubted_) add_doubted(content);
   added.tallies = opinions_.tally();
-  added.work += added.tallies.size();
+  added.work += opinions_.robots() * kBlockOctets + added.tallies.size();
   if (any_objections_) {
     added.objected = count_voxels(objected_);
     added.disputed = count_voxels(disputed_);

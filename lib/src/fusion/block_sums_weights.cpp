@@ -31,15 +31,11 @@ void BlockSums::add_robot(const RobotWeights& weights, unsigned robot_bit,
 }
 
 /// That something is there is not doubted: label evidence that does not count as its class is of
-/// no known class, but for what all classes have anyway.
+/// no known class.
 void BlockSums::add_doubted(BlockContent& content) const noexcept {
   for (int row = 0; row < kBlockVoxels; ++row) {
     const float doubted = doubted_[static_cast<std::size_t>(row)];
-    if (!(doubted > 0.0F)) continue;
-    float known = 0.0F;
-    for (std::uint64_t rest = content.components(); rest != 0; rest &= rest - 1)
-      known += content.count(std::countr_zero(rest), row);
-    if (doubted - known >= kLeastCount) content.add(last_class_ + 1, row, doubted - known);
+    if (doubted >= kLeastCount) content.add(last_class_ + 1, row, doubted);
   }
 }
 

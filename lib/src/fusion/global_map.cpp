@@ -169,8 +169,7 @@ std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
     work += work_on_moves(budget - work);
     // Marks are complete before anything is brought up to date by them.
     if (moves_.phase() == Phase::kMarking || work >= budget) continue;
-    if (records_.waiting_for_sums() == 0 || reweighed_ != 0 || weights_.overdue())
-      work += weigh_robots(budget - work);
+    work += weigh_robots(budget - work);
     if (work >= budget) continue;
     work += update_first();
     const bool complete = records_.moving() == 0 && !job_.busy();

@@ -100,6 +100,7 @@ bool GlobalRecords::mark_sums(const BlockRange& range, UpdatePart part) noexcept
     all = all && number != 0;
     if (number == 0) return;
     set_part(at(number), part);
+    set_up_to_date(at(number));
     mark(number, Agenda::kSums);
   });
   return all;

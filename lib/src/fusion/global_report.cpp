@@ -11,7 +11,8 @@ std::uint32_t GlobalMap::fullness() const noexcept {
   const MapUsage map = maps_.map().usage();
   const auto with_waiting = [&](std::uint64_t bytes) {
     const std::uint64_t blocks = std::max<std::uint64_t>(map.blocks, 1);
-    return bytes + bytes * std::min<std::uint64_t>(waiting(), blocks) / blocks;
+    return bytes +
+           bytes * std::min<std::uint64_t>(waiting() - records_.waiting_again(), blocks) / blocks;
   };
   const std::uint64_t sum_bytes = SegmentStore::kSegmentBytes * std::uint64_t{config_.sum_segments};
   return std::max({replicas_.fullness(), share_in_1024(records_.size(), config_.blocks),

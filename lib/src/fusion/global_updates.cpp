@@ -26,7 +26,9 @@ std::uint64_t GlobalMap::update_sums(std::uint32_t number) noexcept {
   content.clear();
   const BlockSums::Added added = adder_.add_up(replicas_, weights_, block, content);
   keep_tallies(record, added.tallies);
+  records_.set_up_to_date(record);
   record.robots = added.robots;
+  record.classes = added.classes;
   record.objected = added.objected;
   record.disputed = added.disputed;
   const bool graph = belongs_to_graph(record.robots);
@@ -65,22 +67,24 @@ void GlobalMap::keep_tallies(GlobalRecord& record, std::span<const LabelTally> t
   weights_.add(tallies);
 }
 
-/// Once no sums wait all that is known of the robots is in: their weights, and then the blocks of
-/// those that are weighed otherwise than before. What blocks say of them does not depend on that.
+/// Robots are weighed once nothing waits, or much has changed; then the blocks where that matters
+/// are to be added up again. What blocks say of the robots does not depend on it.
 std::uint64_t GlobalMap::weigh_robots(std::uint64_t budget) noexcept {
   std::uint64_t work = 0;
-  if (weights_.changed()) {
-    reweighed_ |= weights_.update(work);
-    next_reweighed_ = 1;
+  if (weights_.changed() && (records_.waiting() == 0 || weights_.overdue())) {
+    const RobotWeights::Changed changed = weights_.update(work);
+    if (changed.robots != 0) next_to_mark_ = 1;
+    to_mark_.robots |= changed.robots;
+    to_mark_.classes |= changed.classes;
   }
-  for (; reweighed_ != 0 && work < budget; ++work) {
-    if (next_reweighed_ > records_.last()) {
-      reweighed_ = 0;
-    } else if (records_.is_open(next_reweighed_) &&
-               (records_.at(next_reweighed_).robots & reweighed_) != 0) {
-      records_.mark(next_reweighed_, Agenda::kSums);
+  for (; to_mark_.robots != 0 && work < budget; ++work, ++next_to_mark_) {
+    if (next_to_mark_ > records_.last()) {
+      to_mark_ = {};
+    } else if (records_.is_open(next_to_mark_)) {
+      const GlobalRecord& record = records_.at(next_to_mark_);
+      if ((record.robots & to_mark_.robots) != 0 && (record.classes & to_mark_.classes) != 0)
+        records_.mark_again(next_to_mark_);
     }
-    ++next_reweighed_;
   }
   return work;
 }
@@ -88,6 +92,7 @@ std::uint64_t GlobalMap::weigh_robots(std::uint64_t budget) noexcept {
 /// Of a block that is diffused. False iff there is no room: counted, and it is undiffused then.
 bool GlobalMap::keep_sums(std::uint32_t number, BlockCoord block) noexcept {
   GlobalRecord& record = records_.at(number);
+  if (!fused_.content().any()) return false;
   if (config_.diffusion.mode == DiffusionMode::kPaper) adder_.add_priors(fused_.content());
   const std::uint64_t classes =
       (std::uint64_t{1} << static_cast<unsigned>(maps_.map().num_components() - 1)) - 2;

@@ -31,12 +31,12 @@ Result<RobotWeights> RobotWeights::make(Arena& arena, std::uint32_t robots, int 
   RobotWeights made;
   const auto components = static_cast<std::size_t>(num_components);
   made.labels_ = components - 1;
-  made.weigh_ = config.weigh_robots && config.mode == DiffusionMode::kContractive;
+  made.weighs_ = config.weigh_robots && config.mode == DiffusionMode::kContractive;
   made.alarm_ = config.reliability_alarm;
   made.all_ = arena.take<std::uint64_t>(cells(num_components));
-  made.claims_ = arena.take<double>(components);
+  made.right_ = arena.take<double>(components);
   made.robots_ = arena.take<Robot>(robots);
-  bool complete = !made.all_.empty() && !made.claims_.empty() && !made.robots_.empty();
+  bool complete = !made.all_.empty() && !made.right_.empty() && !made.robots_.empty();
   for (Robot& robot : made.robots_) {
     robot.sums = arena.take<std::uint64_t>(cells(num_components));
     robot.weights = arena.take<float>(components);
@@ -53,6 +53,7 @@ void RobotWeights::change(std::span<const LabelTally> tallies) noexcept {
     sum = kAdd ? sum + amount : sum - amount;
   };
   changed_ += tallies.size();
+  held_ = kAdd ? held_ + tallies.size() : held_ - tallies.size();
   std::uint64_t before = ~std::uint64_t{0};  // robot and majority, whose tallies are neighbours
   for (const LabelTally tally : tallies) {
     const std::size_t label = tally.label();
@@ -81,7 +82,7 @@ bool RobotWeights::is_judged(const Robot& robot, std::size_t label) const noexce
 /// what is hard to tell is held against nobody.
 double RobotWeights::relative_agreement(const Robot& robot, std::size_t label) const noexcept {
   const std::size_t hit = label * labels_ + label;
-  const double own = of(robot.sums, hit) / of(robot.sums, row_sum(label));
+  const double own = number(robot.sums, hit) / number(robot.sums, row_sum(label));
   const auto others = static_cast<double>(all_[row_sum(label)] - robot.sums[row_sum(label)]);
   const auto others_hit = static_cast<double>(all_[hit] - robot.sums[hit]);
   return own * others < others_hit ? own * others / others_hit : 1.0;
@@ -97,13 +98,15 @@ double RobotWeights::claimed(const Robot& robot, std::size_t label) const noexce
 
 /// How likely a label of it is right: were all classes equally frequent, or as frequent as they
 /// are, whichever is more. hit: how often it has the class where the majority has.
-double RobotWeights::claim(const Robot& robot, std::size_t label, double hit) const noexcept {
+double RobotWeights::likely_right(const Robot& robot, std::size_t label,
+                                  double hit) const noexcept {
   double wrong = 0.0;
   for (std::size_t majority = 1; majority < labels_; ++majority) {
     if (majority != label && is_judged(robot, majority))
-      wrong += of(robot.sums, majority * labels_ + label) / of(robot.sums, row_sum(majority));
+      wrong +=
+          number(robot.sums, majority * labels_ + label) / number(robot.sums, row_sum(majority));
   }
-  const double right = of(robot.sums, label * labels_ + label);
+  const double right = number(robot.sums, label * labels_ + label);
   const double as_frequent = (right + kRightBefore) / (claimed(robot, label) + kRightBefore);
   const double equally = hit + wrong > 0.0 ? hit / (hit + wrong) : 1.0;
   return std::max(as_frequent, equally);
@@ -111,16 +114,16 @@ double RobotWeights::claim(const Robot& robot, std::size_t label, double hit) co
 
 /// Agreement over all judged classes, by how many voxels they have; those whose claims are known to
 /// be wrong are left out, for they are weighed alone, as long as others are left.
-double RobotWeights::weigh_whole(const Robot& robot) const noexcept {
+double RobotWeights::agreement_of(const Robot& robot) const noexcept {
   double voxels = 0.0;
   double agreed = 0.0;
   double sound_voxels = 0.0;
   double sound_agreed = 0.0;
   for (std::size_t label = 1; label < labels_; ++label) {
     if (!is_judged(robot, label)) continue;
-    const double n = of(robot.sums, row_sum(label));
+    const double n = number(robot.sums, row_sum(label));
     const double agreement = relative_agreement(robot, label);
-    const double sound = kOfClass(claims_[label]);
+    const double sound = kOfClass(right_[label]);
     voxels += n;
     agreed += n * agreement;
     sound_voxels += n * sound;
@@ -130,43 +133,50 @@ double RobotWeights::weigh_whole(const Robot& robot) const noexcept {
   return 8.0 * sound_voxels >= voxels ? sound_agreed / sound_voxels : agreed / voxels;
 }
 
-/// True iff any weight is another one than before.
-bool RobotWeights::weigh(Robot& robot) noexcept {
+std::uint64_t RobotWeights::weigh(Robot& robot) noexcept {
   for (std::size_t label = 1; label < labels_; ++label) {
-    const double n = of(robot.sums, row_sum(label));
-    claims_[label] = is_judged(robot, label)
-                         ? claim(robot, label, of(robot.sums, label * labels_ + label) / n)
-                         : 1.0;
+    const double n = number(robot.sums, row_sum(label));
+    right_[label] =
+        is_judged(robot, label)
+            ? likely_right(robot, label, number(robot.sums, label * labels_ + label) / n)
+            : 1.0;
   }
-  const double agreement = weigh_whole(robot);
+  const double agreement = agreement_of(robot);
   const double whole = kOfRobot(agreement);
   robot.as_a_whole = static_cast<float>(whole);
   robot.all_one = true;
   robot.named = 0;
-  bool changed = false;
+  std::uint64_t changed = 0;
   for (std::size_t label = 1; label < labels_; ++label) {
     // Of a class that is hardly ever the majority's, the robot is taken to be as good as else.
-    if (!is_judged(robot, label)) claims_[label] = claim(robot, label, agreement);
-    const double weight = std::min(kOfClass(claims_[label]), whole);
+    if (!is_judged(robot, label)) right_[label] = likely_right(robot, label, agreement);
+    const double weight = std::min(kOfClass(right_[label]), whole);
     const auto steps = static_cast<int>(weight * kSteps + 0.5);
     const float rounded = static_cast<float>(steps) / kSteps;
-    changed = changed || rounded != robot.weights[label];
+    const std::uint64_t bit = std::uint64_t{1} << label;
+    if (rounded != robot.weights[label]) changed |= bit;
     robot.weights[label] = rounded;
     robot.all_one = robot.all_one && steps == kSteps;
+    if (alarm_ > 0.0F && is_judged(robot, label) &&
+        relative_agreement(robot, label) < kLeastAgreement)
+      robot.named |= bit;
     const bool has_it = robot.sums[row_sum(label)] != 0 || claimed(robot, label) > 0.0;
-    if (has_it && rounded < alarm_) robot.named |= std::uint64_t{1} << label;
+    if (has_it && rounded < alarm_) robot.named |= bit;
   }
   return changed;
 }
 
-std::uint64_t RobotWeights::update(std::uint64_t& work) noexcept {
+RobotWeights::Changed RobotWeights::update(std::uint64_t& work) noexcept {
   changed_ = 0;
-  std::uint64_t changed = 0;
+  Changed changed;
   for (std::size_t robot = 0; robot < robots_.size(); ++robot) {
     work += labels_ * labels_;
-    if (weigh(robots_[robot])) changed |= std::uint64_t{1} << robot;
+    const std::uint64_t classes = weigh(robots_[robot]);
+    if (classes == 0 || !weighs_) continue;
+    changed.robots |= std::uint64_t{1} << robot;
+    changed.classes |= classes;
   }
-  return weigh_ ? changed : 0;
+  return changed;
 }
 
 RobotReliability RobotWeights::report(unsigned robot) const noexcept {
@@ -196,7 +206,7 @@ ClassReliability RobotWeights::report(unsigned robot, int label) const noexcept 
   report.judged = units / kUnits;
   if (units != 0)
     report.agreement =
-        static_cast<float>(of(one.sums, at * labels_ + at) / static_cast<double>(units));
+        static_cast<float>(number(one.sums, at * labels_ + at) / static_cast<double>(units));
   report.reliability = one.weights[at];
   return report;
 }

@@ -96,6 +96,7 @@ TEST_CASE("RefusalLog: counters are told each by itself") {
     ++watched.global_map.refused_blocks;
     ++watched.global_map.refused_outputs;
     ++watched.global_map.refused_sums;
+    ++watched.global_map.refused_tallies;
     ++watched.global_map.torn_blocks;
     ++watched.floors_refused;
     said += watched.look(second);
@@ -105,7 +106,7 @@ TEST_CASE("RefusalLog: counters are told each by itself") {
         "exchange refused_contributions: 2 ", "exchange records_refused: 2 ",
         "status refused_tag: 2 ", "status refused_places: 2 ", "global_map refused_blocks: 2 ",
         "global_map refused_outputs: 2 ", "global_map refused_sums: 2 ",
-        "global_map torn_blocks: 2 ", "state floors_refused: 2 "})
+        "global_map refused_tallies: 2 ", "global_map torn_blocks: 2 ", "state floors_refused: 2 "})
     CHECK(said.find(name) != std::string::npos);
 }
 

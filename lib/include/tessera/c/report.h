@@ -186,13 +186,13 @@ typedef struct tessera_global_report {
 /// [RobotReliability, ClassReliability]
 typedef struct tessera_reliability_report {
   uint32_t struct_bytes;
-  float reliability;   ///< what a count of its labels counts, 0 .. 1
+  float reliability;   ///< what a count of its labels counts, at most, where robots are weighed
   float agreement;     ///< share of its label evidence that is the majority's, where it is judged
   uint32_t reserved;   ///< 0
   uint64_t judged;     ///< voxels with a majority of three robots or more; of a class: that is it
   uint64_t shared;     ///< voxels in which one other robot alone has a label; of a class: 0
   uint64_t differing;  ///< of these, those with another label; of a class: 0
-  uint64_t named;      ///< classes with less reliability than the alarm, a bit each
+  uint64_t named;      ///< classes that are named, a bit each; of a class: its own bit, or 0
 } tessera_reliability_report;
 
 /// What the robot objects to of what others have [ObjectionsReport]. Counters never decrease.

@@ -93,7 +93,7 @@ class GlobalMap {
   }
   /// Whether the map is behind what has arrived, or a move is under way.
   [[nodiscard]] bool busy() const noexcept {
-    return waiting() != 0 || moves_.busy() || weights_.changed() || reweighed_ != 0;
+    return waiting() != 0 || moves_.busy() || weights_.changed() || to_mark_.robots != 0;
   }
 
   // --- What is there -----------------------------------------------------------------------------
@@ -169,8 +169,8 @@ class GlobalMap {
   GlobalMapReport counted_{};
   bool any_refused_ = false;  ///< Blocks that had no room wait for some.
   RobotWeights weights_{};
-  std::uint64_t reweighed_ = 0;       ///< Robots whose blocks are still to be marked, a bit each.
-  std::uint32_t next_reweighed_ = 1;  ///< The record that is next.
+  RobotWeights::Changed to_mark_{};  ///< Whose blocks are still to be marked.
+  std::uint32_t next_to_mark_ = 1;   ///< The record that is next.
 };
 
 constexpr std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config,

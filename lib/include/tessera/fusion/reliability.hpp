@@ -17,15 +17,18 @@ struct RobotReliability {
   float agreement = 1.0F;       ///< Share of its label evidence there that is the majority's.
   std::uint64_t shared = 0;     ///< Voxels in which one other robot alone has a label.
   std::uint64_t differing = 0;  ///< Of these, those with another label. Nobody can know whose.
-  float reliability = 1.0F;     ///< Of its labels as a whole, 0 .. 1: what a count of them counts.
-  std::uint64_t named = 0;      ///< Classes with less than the alarm, a bit each.
+  /// Of its labels as a whole, 0 .. 1: what a count of them counts at most, where robots are
+  /// weighed.
+  float reliability = 1.0F;
+  /// Classes with less than the alarm, or that it hardly ever has where most others do; a bit each.
+  std::uint64_t named = 0;
 };
 
 /// One class of a robot.
 struct ClassReliability {
   std::uint64_t judged = 0;  ///< Voxels of the majority's class.
   float agreement = 1.0F;    ///< Share of the robot's label evidence there that is of the class.
-  /// Of its labels of the class, 0 .. 1: what a count of them counts, that of the robot included.
+  /// Of its labels of the class, 0 .. 1: what a count of them counts, where robots are weighed.
   float reliability = 1.0F;
 };
 

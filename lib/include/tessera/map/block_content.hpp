@@ -62,8 +62,10 @@ class BlockContent {
       common_->touched[c] |= other.common_->touched[c];
       for (std::uint64_t rows = other.common_->touched[c]; rows != 0; rows &= rows - 1) {
         const std::size_t first = c * kBlockVoxels + 8 * first_of(rows);
-        for (std::size_t at = first; at < first + 8; ++at)
-          sums_[at] += factors[c] * other.sums_[at];
+        for (std::size_t at = first; at < first + 8; ++at) {
+          const float count = factors[c] * other.sums_[at];
+          sums_[at] += count >= kLeastCount ? count : 0.0F;
+        }
       }
     }
     for (std::uint64_t rows = other.common_->rest_rows; rows != 0; rows &= rows - 1) {

@@ -74,7 +74,6 @@ class Agenda {
   [[nodiscard]] std::uint32_t waiting() const noexcept {
     return waiting_[kSums] + waiting_[kOutput];
   }
-  [[nodiscard]] std::uint32_t waiting(Work work) const noexcept { return waiting_[work]; }
 
  private:
   std::array<std::uint32_t, kRings * kWorks> first_{};

@@ -25,6 +25,7 @@ class BlockSums {
     std::uint64_t work = 0;  ///< Entries read and places looked up.
     /// With label evidence, a bit each; sessions together have the lowest that no robot has.
     std::uint64_t robots = 0;
+    std::uint64_t classes = 0;   ///< That any of them has, a bit each.
     std::uint16_t objected = 0;  ///< Voxels, as GlobalRecord has them.
     std::uint16_t disputed = 0;
     /// What the block says of the robots' labels, until the next one.
@@ -54,7 +55,7 @@ class BlockSums {
   /// occupied the voxel to which it goes keeps its passes alone. O(contributions * 27 * (1 + robots
   /// that object) look-ups + entries); twice the entries where there is an objection.
   /// A robot's labels count by their weights. What of them does not is evidence that something is
-  /// there, of no known class, as far as it is more than the classes have.
+  /// there, of no known class.
   [[nodiscard]] Added add_up(const Replicas& replicas, const RobotWeights& weights,
                              BlockCoord block, BlockContent& content) noexcept;
   /// Eq. (10): S_i lambda_i of every local voxel counts the prior too. To be called after add_up,

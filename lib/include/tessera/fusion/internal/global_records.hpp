@@ -24,12 +24,14 @@ enum class UpdatePart : std::uint8_t { kUpdate, kMove, kMovedUpdate };
 struct GlobalRecord {
   std::uint64_t key = 0;
   std::uint64_t robots = 0;    ///< With label evidence here.
+  std::uint64_t classes = 0;   ///< That any of these has, whatever it counts.
   StoredSums sums{};           ///< Where it is part of the graph.
   StoredBytes tallies{};       ///< What it says of the robots' labels.
   bool output_due = false;     ///< Though what is due first are sums.
   bool moving = false;         ///< What a move that is under way makes of it is not staged yet.
   bool hidden = false;         ///< What it gives while a move is under way is staged.
   bool refused = false;        ///< There was no room for its sums or its content.
+  bool again = false;          ///< It waits as robots are weighed otherwise, not for more evidence.
   std::uint16_t objected = 0;  ///< Voxels without what a robot objects to.
   std::uint16_t disputed = 0;  ///< Voxels with it, as more robots have it than object.
   AgendaLink link{};
@@ -96,6 +98,21 @@ class GlobalRecords {
     }
   }
 
+  /// Marks the sums of a block that holds what it held, of robots that are weighed otherwise.
+  void mark_again(std::uint32_t number) noexcept {
+    GlobalRecord& record = at(number);
+    const bool waits = record.link.list != 0;
+    again_ += waits ? 0U : 1U;
+    record.again = record.again || !waits;
+    mark(number, Agenda::kSums);
+  }
+  /// It is up to date, or waits for more.
+  void set_up_to_date(GlobalRecord& record) noexcept {
+    again_ -= record.again ? 1U : 0U;
+    record.again = false;
+  }
+  /// How many wait for that alone, at least.
+  [[nodiscard]] std::uint32_t waiting_again() const noexcept { return again_; }
   /// Marks the sums of blocks that had no room. O(records).
   void mark_refused() noexcept;
 
@@ -123,9 +140,6 @@ class GlobalRecords {
            Agenda::work_of(record.link) == Agenda::kOutput;
   }
   [[nodiscard]] std::uint32_t waiting() const noexcept { return agenda_.waiting(); }
-  [[nodiscard]] std::uint32_t waiting_for_sums() const noexcept {
-    return agenda_.waiting(Agenda::kSums);
-  }
   /// For Agenda.
   [[nodiscard]] AgendaLink& link(std::uint32_t number) const noexcept { return at(number).link; }
 
@@ -150,6 +164,7 @@ class GlobalRecords {
   std::uint32_t free_ = 0;  ///< A list by AgendaLink::next.
   std::uint32_t size_ = 0;
   std::uint32_t moving_ = 0;
+  std::uint32_t again_ = 0;
   std::uint64_t refused_ = 0;
   Agenda agenda_{};
   std::optional<BlockCoord> focus_;

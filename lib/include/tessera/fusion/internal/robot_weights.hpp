@@ -22,6 +22,9 @@ class RobotWeights {
   static constexpr std::uint64_t kLeastVoxels = 100;
   static constexpr std::uint32_t kLeastBlocks = 8;
   static constexpr std::size_t kMostChanged = 4096;
+  /// A class that a robot has so much less often than the others is named, whatever it says
+  /// instead.
+  static constexpr double kLeastAgreement = 0.1;
 
   /// robots: at most.
   [[nodiscard]] static constexpr std::size_t required_bytes(std::uint32_t robots,
@@ -43,10 +46,15 @@ class RobotWeights {
   /// Whether anything was added or subtracted since the last update.
   [[nodiscard]] bool changed() const noexcept { return changed_ != 0; }
   /// Whether that is so much that it should not wait for more.
-  [[nodiscard]] bool overdue() const noexcept { return changed_ > kMostChanged; }
-  /// Weighs all robots anew: returns those whose weights are others than before, a bit each. work:
-  /// grows by what it costs. O(robots * classes^2).
-  [[nodiscard]] std::uint64_t update(std::uint64_t& work) noexcept;
+  [[nodiscard]] bool overdue() const noexcept { return changed_ > kMostChanged + held_ / 4; }
+  /// What an update has changed, a bit each.
+  struct Changed {
+    std::uint64_t robots = 0;
+    std::uint64_t classes = 0;  ///< Of any of them.
+  };
+  /// Weighs all robots anew: those whose weights are others than before. work: grows by what it
+  /// costs. O(most robots * classes^2).
+  [[nodiscard]] Changed update(std::uint64_t& work) noexcept;
 
   /// By components, 0 .. C + 1, that of what is no class always 1; by robot_bit.
   [[nodiscard]] std::span<const float> weights(unsigned robot) const noexcept {
@@ -54,7 +62,7 @@ class RobotWeights {
   }
   /// Whether all that a robot says counts as it is.
   [[nodiscard]] bool all_one(unsigned robot) const noexcept {
-    return !weigh_ || robots_[robot].all_one;
+    return !weighs_ || robots_[robot].all_one;
   }
   /// As of the last update, but for the numbers of voxels. O(classes).
   [[nodiscard]] RobotReliability report(unsigned robot) const noexcept;
@@ -76,7 +84,8 @@ class RobotWeights {
   }
   template <bool kAdd>
   void change(std::span<const LabelTally> tallies) noexcept;
-  [[nodiscard]] static double of(const std::span<std::uint64_t>& sums, std::size_t at) noexcept {
+  [[nodiscard]] static double number(const std::span<std::uint64_t>& sums,
+                                     std::size_t at) noexcept {
     return static_cast<double>(sums[at]);
   }
   [[nodiscard]] std::size_t row_sum(std::size_t label) const noexcept {
@@ -93,17 +102,20 @@ class RobotWeights {
   }
   [[nodiscard]] bool is_judged(const Robot& robot, std::size_t label) const noexcept;
   [[nodiscard]] double relative_agreement(const Robot& robot, std::size_t label) const noexcept;
-  [[nodiscard]] double claim(const Robot& robot, std::size_t label, double hit) const noexcept;
-  [[nodiscard]] double weigh_whole(const Robot& robot) const noexcept;
-  [[nodiscard]] bool weigh(Robot& robot) noexcept;
+  [[nodiscard]] double likely_right(const Robot& robot, std::size_t label,
+                                    double hit) const noexcept;
+  [[nodiscard]] double agreement_of(const Robot& robot) const noexcept;
+  /// The classes whose weights are others than before.
+  [[nodiscard]] std::uint64_t weigh(Robot& robot) noexcept;
 
   [[nodiscard]] double claimed(const Robot& robot, std::size_t label) const noexcept;
 
   std::span<Robot> robots_;       ///< By robot_bit.
   std::span<std::uint64_t> all_;  ///< As Robot::sums, of all together.
-  std::span<double> claims_;      ///< Of the robot at hand, by classes.
+  std::span<double> right_;       ///< Of the robot at hand, by classes: how likely it is right.
   std::size_t labels_ = 0;        ///< C + 1: 0 and the classes.
-  bool weigh_ = true;
+  bool weighs_ = true;
+  std::size_t held_ = 0;     ///< Tallies that are added and not subtracted.
   std::size_t changed_ = 0;  ///< Tallies, since the last update.
   float alarm_ = 0.0F;
 };
