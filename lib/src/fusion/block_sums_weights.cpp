@@ -16,6 +16,7 @@ void BlockSums::add_robot(const RobotWeights& weights, unsigned robot_bit,
   opinions_.add(robot_bit, own);
   const std::span<const float> of_classes = weights.weights(robot_bit);
   const bool all_one = weights.all_one(robot_bit);
+  if (all_one && omega_ == 1.0F && content.is_untouched()) return share_.swap_content(content);
   for (std::size_t c = 0; c < factors_.size(); ++c)
     factors_[c] = all_one ? omega_ : omega_ * of_classes[c];
   content.add(own, factors_);

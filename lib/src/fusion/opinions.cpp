@@ -21,41 +21,49 @@ Result<Opinions> Opinions::make(Arena& arena, std::uint32_t robots, int num_comp
   return made;
 }
 
+/// The label of a voxel, if its evidence outweighs its free passes. Returns whether it has one.
+bool Opinions::decide(Opinion& one, std::size_t at, const BlockContent& content) noexcept {
+  const float all = scratch_->labels[at];
+  if (!(all > 0.0F)) return false;
+  const int row = static_cast<int>(at);
+  const float others = content.count(static_cast<int>(labels_), row) + content.rest(row);
+  if (!(all + others > static_cast<float>(content.passes(row)) * free_weight_)) return false;
+  one.label[at] = static_cast<std::uint8_t>(scratch_->label[at]);
+  const float units = LabelTally::kUnits * scratch_->most[at] / all;
+  one.units[at] = static_cast<std::uint8_t>(static_cast<int>(units + 0.5F));
+  return true;
+}
+
 void Opinions::add(unsigned robot_bit, const BlockContent& content) noexcept {
   const BlockEvidence labels = content.labels();
   const std::uint64_t classes = labels.components & ((std::uint64_t{1} << labels_) - 2);
   if (classes == 0) return;
   Opinion& one = opinions_[count_];
   one.robot_bit = robot_bit;
-  one.label.fill(0);
   scratch_->most.fill(0.0F);
   scratch_->labels.fill(0.0F);
+  scratch_->label.fill(0);
+  one.label.fill(0);
+  std::uint64_t touched = 0;
   for (std::uint64_t rest = classes; rest != 0; rest &= rest - 1) {
-    const auto component = static_cast<std::size_t>(std::countr_zero(rest));
-    const float* const counts = labels.sums + component * labels.component;
-    for (std::uint64_t rows = labels.touched[component]; rows != 0; rows &= rows - 1) {
+    const int component = std::countr_zero(rest);
+    const std::size_t c = static_cast<std::size_t>(component);
+    const float* const counts = labels.sums + c * labels.component;
+    touched |= labels.touched[c];
+    for (std::uint64_t rows = labels.touched[c]; rows != 0; rows &= rows - 1) {
       const auto first = 8 * static_cast<std::size_t>(std::countr_zero(rows));
       for (std::size_t at = first; at < first + 8; ++at) {
+        const bool is_more = counts[at] > scratch_->most[at];
         scratch_->labels[at] += counts[at];
-        if (!(counts[at] > scratch_->most[at])) continue;
-        scratch_->most[at] = counts[at];
-        one.label[at] = static_cast<std::uint8_t>(component);
+        scratch_->most[at] = is_more ? counts[at] : scratch_->most[at];
+        scratch_->label[at] = is_more ? component : scratch_->label[at];
       }
     }
   }
   bool any = false;
-  for (std::size_t at = 0; at < one.label.size(); ++at) {
-    if (one.label[at] == 0) continue;
-    const int row = static_cast<int>(at);
-    const float others = content.count(static_cast<int>(labels_), row) + content.rest(row);
-    const float free = static_cast<float>(content.passes(row)) * free_weight_;
-    if (!(scratch_->labels[at] + others > free)) {
-      one.label[at] = 0;
-      continue;
-    }
-    const float units = LabelTally::kUnits * scratch_->most[at] / scratch_->labels[at];
-    one.units[at] = static_cast<std::uint8_t>(units + 0.5F);
-    any = true;
+  for (; touched != 0; touched &= touched - 1) {
+    const auto first = 8 * static_cast<std::size_t>(std::countr_zero(touched));
+    for (std::size_t at = first; at < first + 8; ++at) any = decide(one, at, content) || any;
   }
   if (any) ++count_;
 }
@@ -147,8 +155,40 @@ bool Opinions::add_tallies(const Opinion& one, std::size_t& size) noexcept {
   return false;
 }
 
+/// Of two robots, as most blocks of an overlap have them.
+std::size_t Opinions::tally_pair() noexcept {
+  const Opinion& first = opinions_[0];
+  const Opinion& second = opinions_[1];
+  std::fill(cells_.begin(), cells_.end(), std::uint16_t{0});
+  // Voxels of the first one's label, those that differ, and the same of the second one.
+  const auto cell = [this](std::size_t what, std::size_t label) -> std::uint16_t& {
+    return cells_[what * labels_ + label];
+  };
+  for (std::size_t row = 0; row < first.label.size(); ++row) {
+    const std::uint8_t a = first.label[row];
+    const std::uint8_t b = second.label[row];
+    if (a == 0 || b == 0) continue;
+    const auto differs = static_cast<std::uint16_t>(a != b ? 1 : 0);
+    ++cell(0, a);
+    cell(1, a) = static_cast<std::uint16_t>(cell(1, a) + differs);
+    ++cell(2, b);
+    cell(3, b) = static_cast<std::uint16_t>(cell(3, b) + differs);
+  }
+  std::size_t size = 0;
+  for (std::size_t robot = 0; robot < 2; ++robot) {
+    for (std::size_t label = 1; label < labels_; ++label) {
+      if (const unsigned voxels = cell(2 * robot, label); voxels != 0)
+        tallies_[size++] =
+            LabelTally::of_pair(opinions_[robot].robot_bit, static_cast<unsigned>(label), voxels,
+                                cell(2 * robot + 1, label));
+    }
+  }
+  return size;
+}
+
 std::span<const LabelTally> Opinions::tally() noexcept {
   if (count_ < 2) return {};
+  if (count_ == 2) return tallies_.first(tally_pair());
   find_majorities();
   std::size_t size = 0;
   for (const Opinion& one : opinions_.first(count_)) {

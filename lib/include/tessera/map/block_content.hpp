@@ -135,6 +135,11 @@ class BlockContent {
   [[nodiscard]] Centroid centroid(int row) const noexcept {
     return common_->centroids[static_cast<std::size_t>(row)];
   }
+  /// Whether nothing was added since it was cleared. O(1).
+  [[nodiscard]] bool is_untouched() const noexcept {
+    return (common_->components | common_->rest_rows | common_->pass_rows |
+            common_->centroid_rows) == 0;
+  }
   /// Whether there is any evidence.
   [[nodiscard]] bool any() const noexcept { return (label_octets() | pass_octets()) != 0; }
   [[nodiscard]] bool any_rest() const noexcept { return common_->rest_rows != 0; }

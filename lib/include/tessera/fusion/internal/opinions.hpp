@@ -51,17 +51,21 @@ class Opinions {
   };
   struct Scratch {
     std::array<float, kBlockVoxels> most{};
+    std::array<int, kBlockVoxels> label{};          ///< Of the robot at hand.
     std::array<float, kBlockVoxels> labels{};       ///< Evidence of all classes.
     std::array<std::uint8_t, kBlockVoxels> said{};  ///< How many robots have a label.
     /// The class that is judged by; 0: none.
     std::array<std::uint8_t, kBlockVoxels> majority{};
     std::array<std::uint8_t, kMaxComponents> votes{};
   };
-  /// Units by the majority's class and the robot's; then voxels of pairs, and differing ones.
+  /// Units by the majority's class and the robot's; then voxels of pairs, and differing ones. Of
+  /// two robots four numbers by class.
   [[nodiscard]] static constexpr std::size_t cells(int num_components) noexcept {
     const auto labels = static_cast<std::size_t>(num_components - 1);
     return labels * (labels + 2);
   }
+  [[nodiscard]] bool decide(Opinion& one, std::size_t at, const BlockContent& content) noexcept;
+  [[nodiscard]] std::size_t tally_pair() noexcept;
   void find_majorities() noexcept;
   [[nodiscard]] unsigned majority_of(std::size_t row) noexcept;
   [[nodiscard]] bool differs(std::size_t row) const noexcept;

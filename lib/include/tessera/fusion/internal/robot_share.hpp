@@ -7,6 +7,7 @@
 
 #include <array>
 #include <span>
+#include <utility>
 
 #include "tessera/map/block_content.hpp"
 
@@ -67,6 +68,8 @@ class RobotShare {
   /// to the cap; passes to those of the cap. Returns the components of voxels that were too full,
   /// and one: at most 512 (C + 1) + 1. O(512 + that).
   std::uint64_t end_robot() noexcept;
+  /// Gives what it has away, for another content that is as large. O(1).
+  void swap_content(BlockContent& other) noexcept { std::swap(content_, other); }
   /// What it has of the block, once it has entered.
   [[nodiscard]] const BlockContent& content() const noexcept { return content_; }
 
