@@ -24,9 +24,10 @@ struct OwnedByRobots {
   std::vector<OwnedMap::Line> lines;
 };
 
-/// Of each robot another class in each voxel, but two robots say the same.
+/// Of each robot another class in each voxel, but those that are more than classes say the same.
 void fill(BlockContent& content, unsigned robot) {
   content.clear();
+  if (robot >= static_cast<unsigned>(kMostClasses)) robot = 0;
   for (int row = 0; row < kBlockVoxels; ++row)
     content.add(1 + (row + static_cast<int>(robot)) % kMostClasses, row, 2.0F);
 }
