@@ -30,7 +30,7 @@ bool Opinions::decide(Opinion& one, std::size_t at, const BlockContent& content)
   if (!(all + others > static_cast<float>(content.passes(row)) * free_weight_)) return false;
   one.label[at] = static_cast<std::uint8_t>(scratch_->label[at]);
   const float units = LabelTally::kUnits * scratch_->most[at] / all;
-  one.units[at] = static_cast<std::uint8_t>(static_cast<int>(units + 0.5F));
+  one.units[at] = static_cast<std::uint8_t>(floor_to_int(static_cast<double>(units) + 0.5));
   return true;
 }
 

@@ -151,7 +151,7 @@ std::uint64_t RobotWeights::weigh(Robot& robot) noexcept {
     // Of a class that is hardly ever the majority's, the robot is taken to be as good as else.
     if (!is_judged(robot, label)) right_[label] = likely_right(robot, label, agreement);
     const double weight = std::min(kOfClass(right_[label]), whole);
-    const auto steps = static_cast<int>(weight * kSteps + 0.5);
+    const int steps = floor_to_int(weight * kSteps + 0.5);
     const float rounded = static_cast<float>(steps) / kSteps;
     const std::uint64_t bit = std::uint64_t{1} << label;
     if (rounded != robot.weights[label]) changed |= bit;
