@@ -72,12 +72,6 @@ Json sessions_json(const std::vector<FuseInput>& inputs) {
   return json;
 }
 
-Json reliability_json(const FuseRun& run, const ClassTable& classes) {
-  Json json = Json::array();
-  for (const JudgedRobot& robot : run.robots) json.push_back(to_json(robot, classes));
-  return json;
-}
-
 /// Blocks, or parts of them, that are not in the map for lack of room.
 std::uint64_t refused_blocks(const GlobalMapReport& report) {
   return report.refused_blocks + report.refused_outputs + report.replicas.replicas_refused_storage +
@@ -127,7 +121,7 @@ Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Jso
                {"mean_variance_undiffused", report.mean_variance_undiffused},
                {"alignment", alignment ? Json(*alignment) : Json()},
                {"alignments", alignments_json(run, inputs)},
-               {"reliability", reliability_json(run, inputs.front().stored->map.classes())},
+               {"reliability", to_json(run.robots, inputs.front().stored->map.classes())},
                {"contributions", contributions_json(inputs)},
                {"sessions", sessions_json(inputs)}};
   json["memory"] = {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "maps/judged_robot.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include "base/number_text.hpp"
 
@@ -10,8 +10,26 @@ namespace tessera {
 
 namespace {
 
-bool is_named(const JudgedRobot& robot, int label) {
-  return ((robot.whole.named >> static_cast<unsigned>(label)) & 1U) != 0;
+Json to_json(const JudgedRobot& robot, const ClassTable& classes) {
+  const RobotReliability& whole = robot.whole;
+  Json by_class = Json::object();
+  for (int label = 1; label <= classes.num_classes(); ++label) {
+    const ClassReliability& one = robot.classes[static_cast<std::size_t>(label - 1)];
+    const bool is_named = ((whole.named >> static_cast<unsigned>(label)) & 1U) != 0;
+    if (one.judged == 0 && !is_named) continue;
+    by_class[std::string(classes[label].name_view())] = {
+        {"reliability", decimal_of(one.reliability)},
+        {"agreement", decimal_of(one.agreement)},
+        {"judged", one.judged}};
+  }
+  return {{"robot", whole.robot},
+          {"reliability", decimal_of(whole.reliability)},
+          {"agreement", decimal_of(whole.agreement)},
+          {"judged", whole.judged},
+          {"shared", whole.shared},
+          {"differing", whole.differing},
+          {"named", names_of(whole.named, classes)},
+          {"classes", std::move(by_class)}};
 }
 
 }  // namespace
@@ -32,40 +50,25 @@ std::vector<JudgedRobot> judge_robots(const GlobalMap& global) {
   return robots;
 }
 
-Json to_json(const JudgedRobot& robot, const ClassTable& classes) {
-  const RobotReliability& whole = robot.whole;
-  Json named = Json::array();
-  Json by_class = Json::object();
-  for (int label = 1; label <= classes.num_classes(); ++label) {
-    const ClassReliability& one = robot.classes[static_cast<std::size_t>(label - 1)];
-    const std::string name(classes[label].name_view());
-    if (is_named(robot, label)) named.push_back(name);
-    if (one.judged == 0 && !is_named(robot, label)) continue;
-    by_class[name] = {{"reliability", decimal_of(one.reliability)},
-                      {"agreement", decimal_of(one.agreement)},
-                      {"judged", one.judged}};
-  }
-  return {{"robot", whole.robot},
-          {"reliability", decimal_of(whole.reliability)},
-          {"agreement", decimal_of(whole.agreement)},
-          {"judged", whole.judged},
-          {"shared", whole.shared},
-          {"differing", whole.differing},
-          {"named", std::move(named)},
-          {"classes", std::move(by_class)}};
+Json to_json(const std::vector<JudgedRobot>& robots, const ClassTable& classes) {
+  Json json = Json::array();
+  for (const JudgedRobot& robot : robots) json.push_back(to_json(robot, classes));
+  return json;
+}
+
+std::vector<std::string> names_of(std::uint64_t bits, const ClassTable& classes) {
+  std::vector<std::string> names;
+  for (int label = 1; label <= classes.num_classes(); ++label)
+    if (((bits >> static_cast<unsigned>(label)) & 1U) != 0)
+      names.emplace_back(classes[label].name_view());
+  return names;
 }
 
 std::string doubt_of(const JudgedRobot& robot, const ClassTable& classes) {
-  std::string names;
-  int count = 0;
-  for (int label = 1; label <= classes.num_classes(); ++label) {
-    if (!is_named(robot, label)) continue;
-    names += (count++ == 0 ? "" : ", ") + std::string(classes[label].name_view());
-  }
   return fmt::format(
       "most other robots contradict robot {} where it or they see {}; its network "
       "or its class table may be wrong",
-      robot.whole.robot, names);
+      robot.whole.robot, fmt::join(names_of(robot.whole.named, classes), ", "));
 }
 
 }  // namespace tessera

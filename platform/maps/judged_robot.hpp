@@ -21,7 +21,10 @@ struct JudgedRobot {
 
 /// By ascending number; robots whose maps of earlier days alone are there are left out.
 std::vector<JudgedRobot> judge_robots(const GlobalMap& global);
-Json to_json(const JudgedRobot& robot, const ClassTable& classes);
+/// As the reports of fuse, nodes and Python have it.
+Json to_json(const std::vector<JudgedRobot>& robots, const ClassTable& classes);
+/// Of a bit for each class.
+std::vector<std::string> names_of(std::uint64_t bits, const ClassTable& classes);
 /// What is to be said of one that is named.
 std::string doubt_of(const JudgedRobot& robot, const ClassTable& classes);
 

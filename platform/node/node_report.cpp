@@ -89,13 +89,6 @@ Json peers_json(const Robot& robot, std::int64_t now_us) {
   return json;
 }
 
-Json reliability_json(const Robot& robot) {
-  Json json = Json::array();
-  for (const JudgedRobot& one : judge_robots(robot.global()))
-    json.push_back(to_json(one, robot.global().map().classes()));
-  return json;
-}
-
 Json global_json(const Robot& robot) {
   const GlobalMapReport r = robot.global().report();
   const MapUsage usage = robot.global().map().usage();
@@ -259,7 +252,7 @@ Json Node::report() const {
   json["heap_allocations_after_start"] =
       run_.heap_allocations ? Json(*run_.heap_allocations) : Json();
   json["global_map"] = global_json(*robot_);
-  json["reliability"] = reliability_json(*robot_);
+  json["reliability"] = to_json(judge_robots(robot_->global()), robot_->global().map().classes());
   json["memory"] = memory_json();
   if (archive_) json["window"] = to_json(window_);
   if (kept_) json["submaps"] = submaps_json();

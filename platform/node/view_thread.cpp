@@ -11,6 +11,7 @@
 
 #include "base/allocation_counter.hpp"
 #include "base/number_text.hpp"
+#include "maps/judged_robot.hpp"
 #include "maps/session_file.hpp"
 #include "tessera/base/rigid.hpp"
 
@@ -178,13 +179,9 @@ Json ViewThread::doubted_json() const {
   const ClassTable& classes = node_.global->map().classes();
   Json json = Json::array();
   for (const DoubtedRobots::Robot& one : node_.doubts->view().all()) {
-    Json names = Json::array();
-    for (int label = 1; label <= classes.num_classes(); ++label)
-      if (((one.classes >> static_cast<unsigned>(label)) & 1U) != 0)
-        names.push_back(classes[label].name_view());
     json.push_back({{"robot", one.robot},
                     {"reliability", decimal_of(one.reliability)},
-                    {"classes", std::move(names)}});
+                    {"classes", names_of(one.classes, classes)}});
   }
   return json;
 }

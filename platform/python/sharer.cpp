@@ -102,10 +102,7 @@ py::dict report(const HeldSharer& sharer) {
     contributions.append(one);
   }
   d["contributions_by_id"] = contributions;
-  Json reliability = Json::array();
-  for (const JudgedRobot& robot : all.robots)
-    reliability.push_back(to_json(robot, sharer.global()->classes()));
-  d["reliability"] = dict_of(reliability);
+  d["reliability"] = dict_of(to_json(all.robots, sharer.global()->classes()));
   d["objections"] = counters_of(all.objections);
   const GlobalMapReport& g = all.global;
   py::dict global = counters_of(g);
