@@ -17,6 +17,7 @@ import robustness  # noqa: E402
 import street  # noqa: E402
 import table_two  # noqa: E402
 import teams  # noqa: E402
+import weighted_labels  # noqa: E402
 from run import circumstances  # noqa: E402
 from workshop import Workshop  # noqa: E402
 
@@ -72,6 +73,8 @@ def main():
         found.setdefault("diffusion", {})[name] = diffusion.measure(pair, resolution_m, options.quick)
         print(f"robustness, {name} ...", flush=True)
         found.setdefault("robustness", {})[name] = robustness.measure(pair, options.quick)
+    print("labels with weights ...", flush=True)
+    found["weighted_labels"] = weighted_labels.measure(workshop, plan["pairs"])
     print("Table III, teams in a long street ...", flush=True)
     found["teams"] = teams.measure(workshop, plan["scenes"])
     (options.out / "experiments.json").write_text(json.dumps(found, indent=1) + "\n")

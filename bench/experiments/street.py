@@ -11,10 +11,10 @@ JUDGED_EVERY = 4  # scans: those between show the same voxels again
 
 
 class Pair:
-    def __init__(self, workshop, seed, scans):
+    def __init__(self, workshop, seed, scans, **simulate):
         self.workshop, self.seed, self.scans = workshop, seed, scans
-        self.name = f"street_{seed}_{scans}"
-        self.robots = workshop.simulate(seed, 2, scans)
+        self.name = "_".join(map(str, ("street", seed, scans, *simulate)))
+        self.robots = workshop.simulate(seed, 2, scans, **simulate)
         self.places = [datasets.place_of(robot) for robot in self.robots]
         self.maps = self.map_all(self.robots, self.name)
         judged = [(robot, range(0, scans, JUDGED_EVERY)) for robot in self.robots]
@@ -24,9 +24,10 @@ class Pair:
     def scans_of(self, _):
         return range(self.scans)
 
-    def map_all(self, folders, prefix):
-        made = [self.workshop.map(f"{prefix}_{letter}", folder, resolution=RESOLUTION_M, robot=robot)
+    def map_all(self, folders, prefix, **options):
+        made = [self.workshop.map(f"{prefix}_{letter}", folder, resolution=RESOLUTION_M, robot=robot, **options)
                 for robot, (letter, folder) in enumerate(zip("ab", folders))]
+        self.reports = [report for _, report in made]
         return [path for path, _ in made]
 
     def judge_local(self, robot, maps=None, prefix=None):

@@ -56,11 +56,12 @@ class Workshop:
         found["warnings"] = warnings
         return found
 
-    def simulate(self, seed, robots, scans):
+    def simulate(self, seed, robots, scans, **options):
         """The folders of the robots. They take long to make, and other programs take them as they are: after a change of the
         simulator, OUT has to be another folder."""
-        name = f"street_{seed}_{robots}_{scans}"
-        words = ["simulate", "--scene", "street", "--robots", robots, "--scans", scans, "--seed", seed, "--out", self.out / name]
+        name = "_".join(map(str, ("street", seed, robots, scans, *options)))
+        words = ["simulate", "--scene", "street", "--robots", robots, "--scans", scans, "--seed", seed, "--out", self.out / name,
+                 *words_of(options)]
         self.kept(f"{name}.simulated", words, lambda: self.reported(*words), program="any")
         return [self.out / name / f"robot_{robot}" for robot in range(robots)]
 

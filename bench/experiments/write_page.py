@@ -11,6 +11,7 @@ sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent))
 import requirements  # noqa: E402
 import table_two as two  # noqa: E402  these need the path above
 import teams  # noqa: E402
+import weighted_labels as weighted  # noqa: E402
 from markdown import number, paragraph, table  # noqa: E402
 from write_docs import fill  # noqa: E402
 
@@ -235,8 +236,22 @@ def settings(found):
     return table(("scene", "setting", *SETTINGS_HEAD), two_studies(found, "diffusion", each))
 
 
+def weighted_labels(found):
+    lines = []
+    for row in found["weighted_labels"]:
+        for name, gain, *errors in weighted.gains(row):
+            lines.append((f"{row['seed']}, {row['scans']}", NAMES[name], percent(row["best"]["rows"][name]["mean_iou"]),
+                          percent(row["three"]["rows"][name]["mean_iou"]), f"{gain:+.2f}", *(f"{error:.3f}" for error in errors)))
+    costs = [(row["three"]["scan_ms"] / row["best"]["scan_ms"], row["three"]["used_bytes"] / row["best"]["used_bytes"])
+             for row in found["weighted_labels"]]
+    head = ("seed, scans", "map", "best label, mIoU %", "three", "points", "calibration error, best", "three", "Brier score, best",
+            "three")
+    said = ", ".join(f"{time:.2f} and {memory:.3f}" for time, memory in costs)
+    return table(head, lines) + "\n\n" + paragraph(f"Three labels over one, time of a scan and bytes of the local maps: {said}.")
+
+
 TABLES = {f.__name__: f for f in (circumstances, required, real_classes, real_summary, paper_two, pairs, variance, borders,
-                                  everywhere, efficiency, places, labels, grid, settings)}
+                                  everywhere, efficiency, places, labels, grid, settings, weighted_labels)}
 
 
 def main():

@@ -96,6 +96,8 @@ void warn_of_losses(const std::vector<ScanRecord>& scans) {
   warn_of_points(t.too_near, "nearer to the sensor than --min-range" + no_returns_text(t));
   warn_of_points(t.out_of_grid, "outside the grid");
   if (unknown.points() > 0) warn(unknown.text());
+  warn_if(t.wrong_labels, "point",
+          "taken as unlabelled: the weights of its labels sum to over 255");
   warn_if(left_out_for_memory(t), "refusal",
           "of points or rays for lack of memory; give a larger --memory or a coarser --resolution");
   warn_if(left_out_for_work(t), "refusal",

@@ -46,7 +46,11 @@ Outcome<std::vector<std::byte>> cloud_message(Scan& scan, const ScanToSend& how)
   }
   cloud.times_us = times_us;
   if (scan.has_no_return) cloud.no_return = scan.no_return().first(scan.count);
-  if (is_semantic(scan, how)) cloud.components = scan.components().first(scan.count);
+  const std::size_t labels = scan.labels_per_point * scan.count;
+  if (is_semantic(scan, how)) {
+    cloud.components = scan.components().first(labels);
+    if (scan.has_label_weights) cloud.label_weights = scan.label_weights().first(labels);
+  }
   return encode(cloud);
 }
 

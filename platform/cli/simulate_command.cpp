@@ -55,6 +55,11 @@ constexpr Setting kSimulateRows[] = {
     row<&SimulateOptions::sweep>({"--sweep"},
                                  "Sweep each scan while the robot drives; adds times/ and "
                                  "poses_dense.txt"),
+    row<&SimulateOptions::config, &SimulatorConfig::weighted_labels>(
+        {"--topk"},
+        "Labels of each point with weights, as a network would give them; adds topk/, for map "
+        "--labels topk; 0: none",
+        {.value = "K", .allowed = from_to(0.0, 3.0)}),
     path_row<&SimulateOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
 };
 constexpr SettingTable<SimulateOptions> kSimulateSettings{kSimulateRows};

@@ -77,7 +77,8 @@ std::vector<std::byte> encode(const CloudToSend& cloud) {
   }
   tessera_semantic_cloud message;
   fill(message);
-  static_cast<void>(copy(cloud.components, message.component));
+  message.components = copy(cloud.components, message.component);
+  message.label_weights = copy(cloud.label_weights, message.label_weight);
   message.weights = copy(cloud.weights, message.weight);
   return encoded(message);
 }

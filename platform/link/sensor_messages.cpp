@@ -14,6 +14,7 @@
 #include <tessera_semantic_cloud.hpp>
 
 #include "link/big_endian_reader.hpp"
+#include "tessera/registration/scan.hpp"
 
 namespace tessera {
 namespace {
@@ -34,18 +35,27 @@ struct CloudCounts {
   std::int64_t count = 0;
   std::int64_t coordinates = 0;
   std::int64_t components = 0;
+  std::int64_t label_weights = 0;
   std::int64_t weights = 0;
   std::int64_t times = 0;
   std::int64_t no_returns = 0;
 };
 
+/// As many labels for each point; without weights one. A cloud without points has none.
+bool has_whole_labels(const CloudCounts& c) {
+  if (c.label_weights == 0) return c.components == 0 || c.components == c.count;
+  const bool whole = c.count > 0 && c.components % c.count == 0;
+  return whole && c.label_weights == c.components && c.components > 0 &&
+         c.components / c.count <= static_cast<std::int64_t>(kMostLabels);
+}
+
 MessageFault check_counts(const CloudCounts& c, std::size_t bytes_left, const CloudMemory& memory) {
   const auto is_optional = [&](std::int64_t n) { return n == 0 || n == c.count; };
-  const bool agree = c.count >= 0 && c.coordinates == 3 * c.count && is_optional(c.weights) &&
-                     is_optional(c.times) && is_optional(c.no_returns);
+  const bool agree = c.count >= 0 && c.coordinates == 3 * c.count && has_whole_labels(c) &&
+                     is_optional(c.weights) && is_optional(c.times) && is_optional(c.no_returns);
   if (!agree) return MessageFault::kCounts;
   const std::int64_t bytes =
-      4 * (c.coordinates + c.weights + c.times) + c.components + c.no_returns;
+      4 * (c.coordinates + c.weights + c.times) + c.components + c.label_weights + c.no_returns;
   if (bytes != static_cast<std::int64_t>(bytes_left)) return MessageFault::kCounts;
   const auto fits = [](std::int64_t n, std::size_t room) {
     return n <= static_cast<std::int64_t>(room);
@@ -53,6 +63,7 @@ MessageFault check_counts(const CloudCounts& c, std::size_t bytes_left, const Cl
   const bool all_fit =
       fits(c.coordinates, memory.xyz.size()) && fits(c.components, memory.components.size()) &&
       fits(c.weights, memory.weights.size()) && fits(c.times, memory.times_s.size()) &&
+      fits(c.label_weights, memory.label_weights.size()) &&
       fits(c.no_returns, memory.no_return.size());
   return all_fit ? MessageFault::kNone : MessageFault::kTooLarge;
 }
@@ -79,7 +90,7 @@ MessageFault decode_any_cloud(std::span<const std::byte> message, const CloudMem
                               CloudHeader& header) {
   constexpr bool kLabelled = std::is_same_v<Message, tessera_semantic_cloud>;
   BigEndianReader reader(message);
-  const MessageFault type = check_type<Message>(reader, 8 + 4 * (kLabelled ? 6 : 5));
+  const MessageFault type = check_type<Message>(reader, 8 + 4 * (kLabelled ? 8 : 5));
   if (type != MessageFault::kNone) return type;
   CloudHeader read;
   read.stamp_us = reader.i64();
@@ -87,10 +98,14 @@ MessageFault decode_any_cloud(std::span<const std::byte> message, const CloudMem
   CloudCounts counts;
   counts.count = reader.i32();
   counts.coordinates = reader.i32();
-  if (kLabelled) counts.weights = reader.i32();
+  if (kLabelled) {
+    counts.components = reader.i32();
+    counts.label_weights = reader.i32();
+    counts.weights = reader.i32();
+    if (counts.components == 0 && counts.count != 0) return MessageFault::kCounts;
+  }
   counts.times = reader.i32();
   counts.no_returns = reader.i32();
-  if (kLabelled) counts.components = counts.count;
   const MessageFault fault = check_counts(counts, reader.left(), memory);
   if (fault != MessageFault::kNone) return fault;
   const auto first = [](auto span, std::int64_t n) {
@@ -98,11 +113,15 @@ MessageFault decode_any_cloud(std::span<const std::byte> message, const CloudMem
   };
   reader.floats(first(memory.xyz, counts.coordinates));
   reader.bytes(first(memory.components, counts.components));
+  reader.bytes(first(memory.label_weights, counts.label_weights));
   reader.floats(first(memory.weights, counts.weights));
   if (!read_times(reader, first(memory.times_s, counts.times), read)) return MessageFault::kValue;
   reader.bytes(first(memory.no_return, counts.no_returns));
   read.count = static_cast<std::uint32_t>(counts.count);
   read.has_components = kLabelled;
+  read.has_label_weights = counts.label_weights > 0;
+  if (read.has_label_weights)
+    read.labels_per_point = static_cast<std::uint32_t>(counts.components / counts.count);
   read.has_weights = counts.weights > 0;
   read.has_times = counts.times > 0;
   read.has_no_return = counts.no_returns > 0;

@@ -28,13 +28,14 @@ enum class MessageFault : std::uint8_t {
 };
 
 /// Memory for the numbers of a cloud. The sizes of the spans are the capacity: xyz for three floats
-/// per point, the others for one each.
+/// per point, components and label_weights for each label of each, the others for one each.
 struct CloudMemory {
   std::span<float> xyz;
   std::span<std::uint8_t> components;
   std::span<float> weights;
   std::span<float> times_s;
   std::span<std::uint8_t> no_return{};
+  std::span<std::uint8_t> label_weights{};
 };
 
 struct CloudHeader {
@@ -42,6 +43,8 @@ struct CloudHeader {
   std::int32_t sensor = 0;
   std::uint32_t count = 0;
   bool has_components = false;
+  std::uint32_t labels_per_point = 1;
+  bool has_label_weights = false;
   bool has_weights = false;
   bool has_times = false;
   bool has_no_return = false;

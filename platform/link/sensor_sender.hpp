@@ -26,8 +26,10 @@ struct CloudToSend {
   std::int64_t stamp_us = 0;
   std::int32_t sensor = 0;
   std::span<const float> xyz;  ///< Three per point.
-  /// A byte per point for a tessera_semantic_cloud; empty for a tessera_cloud.
+  /// A byte per label for a tessera_semantic_cloud; empty for a tessera_cloud.
   std::span<const std::uint8_t> components{};
+  /// As many as components, of as many labels for each point; or none, of one.
+  std::span<const std::uint8_t> label_weights{};
   std::span<const float> weights{};           ///< One per point or none; only with components.
   std::span<const std::int32_t> times_us{};   ///< One per point or none, from the stamp.
   std::span<const std::uint8_t> no_return{};  ///< One per point or none.

@@ -16,7 +16,7 @@ namespace tessera {
 
 inline constexpr const char* kStatusChannel = "TESSERA_STATUS";
 /// Size of the typed message.
-inline constexpr std::size_t kTypedStatusBytes = 336;
+inline constexpr std::size_t kTypedStatusBytes = 436;
 /// Size of a status with session, sequence, signature and tag.
 inline constexpr std::size_t kMostStatusBytes =
     kTypedStatusBytes + 12 + kSignatureBytes + kTagBytes;

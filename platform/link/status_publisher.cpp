@@ -18,6 +18,15 @@ std::int64_t per_second(std::uint64_t now, std::uint64_t before, std::int64_t du
                                    static_cast<double>(duration_us));
 }
 
+void fill_doubted(tessera_status& message, const NodeState& status) {
+  static_assert(std::tuple_size_v<decltype(status.first_doubted)> == tessera_status::DOUBTED);
+  message.doubted = static_cast<std::int32_t>(status.doubted);
+  for (std::size_t i = 0; i < std::min<std::size_t>(status.doubted, tessera_status::DOUBTED); ++i) {
+    message.doubted_robot[i] = static_cast<std::int32_t>(status.first_doubted[i].robot);
+    message.doubted_classes[i] = signed_bits(status.first_doubted[i].classes);
+  }
+}
+
 void fill_counters(tessera_status& message, const LinkReport& s, const NodeState& status) {
   static_assert(kLinkCounters + std::tuple_size_v<decltype(status.extra)> ==
                 tessera_status::COUNTERS);
@@ -48,6 +57,7 @@ bool StatusPublisher::publish(const NodeState& status, std::int64_t now_us) noex
   message.received_bytes_per_s = per_second(now.received_bytes, last_.received_bytes, duration_us);
   message.digest = signed_bits(status.digest);
   message.exclude_digest = status.exclude_digest;
+  fill_doubted(message, status);
   fill_counters(message, now, status);
   last_ = now;
   last_us_ = now_us;

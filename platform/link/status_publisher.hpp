@@ -13,10 +13,16 @@
 
 namespace tessera {
 
-inline constexpr std::int32_t kStatusVersion = 4;
+inline constexpr std::int32_t kStatusVersion = 5;
 /// Counters of the link, before those of the node.
 inline constexpr std::size_t kLinkCounters = kCounters<LinkReport>.size();
 static_assert(kLinkCounters == 21, "statuses have them: raise kStatusVersion");
+
+/// A robot that most others contradict.
+struct DoubtedRobot {
+  std::uint32_t robot = 0;
+  std::uint64_t classes = 0;  ///< A bit each.
+};
 
 /// As in lcmtypes/tessera_status.lcm; the publisher sets all counters except extra.
 struct NodeState {
@@ -35,7 +41,9 @@ struct NodeState {
   std::int64_t free_voxels = 0;
   std::uint64_t digest = 0;
   std::uint32_t exclude_digest = 0;
-  std::array<std::int64_t, 9> extra{};  ///< The node's counters, after those of the link.
+  std::uint32_t doubted = 0;                    ///< How many there are.
+  std::array<DoubtedRobot, 8> first_doubted{};  ///< By number.
+  std::array<std::int64_t, 9> extra{};          ///< The node's counters, after those of the link.
 };
 
 class StatusPublisher {

@@ -93,6 +93,7 @@ SensorPortConfig Node::sensor_config() const {
   matcher.missing_images = sensors.missing_images;
   matcher.slot.points = scan_sizes().max_points;
   matcher.slot.no_returns = true;
+  matcher.slot.weighted_labels = kMostLabels;
   matcher.slot.image_pixels = 1;
   for (const CameraDescription& camera : cameras_)
     matcher.slot.image_pixels = std::max(matcher.slot.image_pixels, pixels_of(camera));

@@ -125,26 +125,30 @@ void Node::say_status(std::int64_t now_us) {
   MappingThreadState mapping;
   if (!sharing_->state().get(sharing) || !mapping_->state().get(mapping)) return;
   DurationHistogram& second = sharing_->second();
-  const NodeState status{.robot = config_.robot,
-                         .epoch = epoch_.load(),
-                         .peers = sharing.in_reach,
-                         .session = setup_.robot.exchange.session,
-                         .stamp_us = wall_clock_us(),
-                         .tick_median_us = static_cast<std::int32_t>(second.quantile_us(0.5)),
-                         .tick_max_us = static_cast<std::int32_t>(second.max_us()),
-                         .label_voxels = static_cast<std::int64_t>(sharing.global.label_voxels),
-                         .free_voxels = 0,
-                         .digest = sharing.digest,
-                         .exclude_digest = exclude_digest_,
-                         .extra = {static_cast<std::int64_t>(mapping.cycles),
-                                   static_cast<std::int64_t>(sharing.exchange.contributions),
-                                   static_cast<std::int64_t>(sharing.exchange.complete),
-                                   static_cast<std::int64_t>(sharing_->times().overruns),
-                                   static_cast<std::int64_t>(sharing.waiting),
-                                   static_cast<std::int64_t>(sharing.exchange.records_refused),
-                                   static_cast<std::int64_t>(sharing.twins()),
-                                   static_cast<std::int64_t>(sharing.exchange.twins),
-                                   static_cast<std::int64_t>(sharing.exchange.conflicts)}};
+  NodeState status{.robot = config_.robot,
+                   .epoch = epoch_.load(),
+                   .peers = sharing.in_reach,
+                   .session = setup_.robot.exchange.session,
+                   .stamp_us = wall_clock_us(),
+                   .tick_median_us = static_cast<std::int32_t>(second.quantile_us(0.5)),
+                   .tick_max_us = static_cast<std::int32_t>(second.max_us()),
+                   .label_voxels = static_cast<std::int64_t>(sharing.global.label_voxels),
+                   .free_voxels = 0,
+                   .digest = sharing.digest,
+                   .exclude_digest = exclude_digest_,
+                   .extra = {static_cast<std::int64_t>(mapping.cycles),
+                             static_cast<std::int64_t>(sharing.exchange.contributions),
+                             static_cast<std::int64_t>(sharing.exchange.complete),
+                             static_cast<std::int64_t>(sharing_->times().overruns),
+                             static_cast<std::int64_t>(sharing.waiting),
+                             static_cast<std::int64_t>(sharing.exchange.records_refused),
+                             static_cast<std::int64_t>(sharing.twins()),
+                             static_cast<std::int64_t>(sharing.exchange.twins),
+                             static_cast<std::int64_t>(sharing.exchange.conflicts)}};
+  const DoubtedRobots doubted = doubts_.view();
+  status.doubted = doubted.count;
+  for (std::size_t i = 0; i < std::min(doubted.all().size(), status.first_doubted.size()); ++i)
+    status.first_doubted[i] = {doubted.robots[i].robot, doubted.robots[i].classes};
   port_->report(status);
   port_->flush();
   second.clear();

@@ -36,14 +36,23 @@ namespace tessera::python {
 struct LabelsView {
   const std::byte* data = nullptr;  ///< Null: none were given.
   std::ptrdiff_t stride_bytes = 0;
+  std::ptrdiff_t column_bytes = 0;
   std::size_t width_bytes = 0;
   std::size_t count = 0;
+  std::size_t per_point = 1;
 
   [[nodiscard]] bool are_components() const noexcept { return width_bytes == 1; }
 };
-/// Raises TypeError iff it is of another type, InputError iff the shape is not (count,).
+/// Raises TypeError iff it is of another type, InputError iff the shape is not (count,), or with
+/// several (count, 1 .. kMostLabels).
 [[nodiscard]] LabelsView labels_of(const std::optional<py::array>& array, std::size_t count,
-                                   const char* name);
+                                   const char* name, bool several = false);
+/// Weights of labels in 255ths, as ScanView has them: in the array itself if it is of uint8 without
+/// gaps, else in scratch. Raises TypeError iff it is neither of uint8 nor of float32 or float64,
+/// InputError iff it has another shape than labels, or probabilities of a point are negative, not
+/// finite or sum to more than one.
+[[nodiscard]] const std::uint8_t* label_weights_of(const py::array& array, const LabelsView& labels,
+                                                   std::vector<std::uint8_t>& scratch);
 /// The components: in the array itself if it has them without gaps, else in scratch. classes: may
 /// be null if the labels are components. Needs no GIL.
 [[nodiscard]] const std::uint8_t* components_of(const LabelsView& labels,

@@ -136,7 +136,7 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
     if (labels.are_components() && scan.components != nullptr) {
       const auto highest = static_cast<std::uint8_t>(parts_.classes.table.unlabelled());
       report.too_high = static_cast<std::size_t>(
-          std::count_if(scan.components, scan.components + scan.count,
+          std::count_if(scan.components, scan.components + scan.count * scan.labels_per_point,
                         [highest](std::uint8_t component) { return component > highest; }));
     }
     const std::int64_t now_us = MonotonicClock::now_us();

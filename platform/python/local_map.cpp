@@ -53,19 +53,23 @@ IntegrationReport integrate(
     HeldLocalMap& map, const py::array& points, const std::optional<py::array>& labels,
     const std::optional<PoseArray>& T_map_sensor, const std::optional<py::array>& weights,
     const std::optional<std::int64_t>& stamp_us, const std::optional<PoseArray>& T_body_sensor,
-    const std::optional<py::array>& no_return, const std::optional<py::list>& teammates) {
+    const std::optional<py::array>& no_return, const std::optional<py::list>& teammates,
+    const std::optional<py::array>& label_weights) {
   const PointsView view = points_of(points, "points");
   ScanView scan;
   scan.points = view.points;
   scan.stride_floats = view.stride_floats;
   scan.count = view.count;
-  const LabelsView given = labels_of(labels, view.count, "labels");
+  const LabelsView given = labels_of(labels, view.count, "labels", label_weights.has_value());
+  scan.labels_per_point = given.per_point;
   if (!given.are_components() && map.class_table().raw_ids == nullptr) {
     throw InputError(
         "labels are raw ids, which a map file does not know; give components (uint8), or load the "
         "map with the data set's classes");
   }
   if (weights) scan.weights = weights_of(*weights, view.count);
+  std::vector<std::uint8_t> quantised;
+  if (label_weights) scan.label_weights = label_weights_of(*label_weights, given, quantised);
   if (no_return) scan.no_return = flags_of(*no_return, "no_return", view.count);
   scan.T_map_sensor = pose_of(T_map_sensor, "T_map_sensor");
   scan.T_body_sensor = pose_of(T_body_sensor, "T_body_sensor");
@@ -161,7 +165,9 @@ None: all unlabelled. T_map_sensor: (4, 4) or (3, 4), sensor to map, metres; Non
 weights: (N,) float32, 0 .. 1e6; None: all 1. stamp_us: of the scan, for correct(); None: the time now,
 of a monotonic clock. T_body_sensor: (4, 4) or (3, 4), for the boxes of body; None: the identity.
 no_return: (N,) bool, true where nothing came back from the direction of a point; None: all did.
-teammates: of Sharer.teammates(); returns on these robots are left out.
+teammates: of Sharer.teammates(); returns on these robots are left out. label_weights: of as many
+shape as labels, which may be (N, 1 .. 3) then: probabilities as float32 or float64, or uint8 in 255ths;
+what a point's leave of one is unlabelled; None: each point has one label, with all of its weight.
 
 Refused points are counted in the report; a scan of more than max_points is sampled, with a
 UserWarning. The first scan that has no points, or whose points are all beyond max_range_m or left
@@ -273,7 +279,8 @@ has them all.)");
       .def("integrate", &integrate, py::arg("points"), py::arg("labels") = py::none(),
            py::arg("T_map_sensor") = py::none(), py::arg("weights") = py::none(), py::kw_only(),
            py::arg("stamp_us") = py::none(), py::arg("T_body_sensor") = py::none(),
-           py::arg("no_return") = py::none(), py::arg("teammates") = py::none(), kIntegrate)
+           py::arg("no_return") = py::none(), py::arg("teammates") = py::none(),
+           py::arg("label_weights") = py::none(), kIntegrate)
       .def("correct", &correct, py::arg("stamps_us"), py::arg("T_world_sensor"),
            py::arg("revision"), kCorrect)
       .def(

@@ -34,6 +34,11 @@ struct ReadScan {
     });
     return array_over(values, columns, owner);
   }
+  /// (N,), or (N, K) where labels have weights.
+  [[nodiscard]] py::array_t<std::uint8_t> labels_view(std::span<const std::uint8_t> values) const {
+    return view(values.first(count() * scan->labels_per_point),
+                scan->has_label_weights ? scan->labels_per_point : 0);
+  }
   [[nodiscard]] std::size_t count() const { return scan->count; }
 };
 
@@ -176,11 +181,16 @@ void add_scans(py::module_& module) {
           },
           "(N, 4) float32: x y z, metres, sensor frame, and intensity.")
       .def_property_readonly(
-          "components",
-          [](const ReadScan& s) {
-            return s.view(std::span<const std::uint8_t>(s.scan->components()).first(s.count()), 0);
+          "components", [](const ReadScan& s) { return s.labels_view(s.scan->components()); },
+          "(N,) uint8: 1 .. C, or C + 1 for an unknown class; (N, K) where label_weights is not "
+          "None.")
+      .def_property_readonly(
+          "label_weights",
+          [](const ReadScan& s) -> py::object {
+            if (!s.scan->has_label_weights) return py::none();
+            return s.labels_view(s.scan->label_weights());
           },
-          "(N,) uint8: 1 .. C, or C + 1 for an unknown class.")
+          "(N, K) uint8, 255ths, of components; None: each point has one label.")
       .def_property_readonly(
           "T_map_sensor", [](const ReadScan& s) { return array_of(s.scan->T_map_sensor); },
           "(4, 4) float64, as recorded: may be not rigid.")

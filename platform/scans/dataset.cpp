@@ -10,32 +10,13 @@
 
 #include "scans/camera_images.hpp"
 #include "scans/cloud.hpp"
-#include "tessera/base/assert.hpp"
+#include "scans/label_files.hpp"
 
 namespace tessera {
 namespace {
 
 // Files are little-endian and are read straight into place.
 static_assert(std::endian::native == std::endian::little);
-
-constexpr std::size_t kLabelsPerChunk = 4096;
-
-/// What was valid at open() and is no longer is not a usage error.
-Failure as_interruption(Failure failure) {
-  failure.kind = FailureKind::kFailure;
-  return failure;
-}
-
-/// The file, if it still has the size that open() found.
-Outcome<InputFile> open_unchanged(const ScanFilePath& path, std::uint64_t expected_bytes) {
-  Outcome<InputFile> file = InputFile::open(path.view());
-  if (!file.ok()) return as_interruption(file.failure());
-  if (file->size_bytes() == expected_bytes) return file;
-  return Failure{fmt::format("{} has {} bytes, but had {} when the dataset was opened; do not "
-                             "change its files during a run",
-                             path.view(), file->size_bytes(), expected_bytes),
-                 FailureKind::kFailure};
-}
 
 }  // namespace
 
@@ -50,7 +31,8 @@ RegistrarConfig Dataset::registration() const {
                    .cameras = cameras_.size(),
                    .image_pixels = most_pixels(cameras_),
                    .floats_per_point = kFloatsPerPoint,
-                   .weights = false};
+                   .weights = false,
+                   .weighted_labels = weighted_labels_};
   config.deskew.max_gap_us = kMaxPoseGap_us;
   return config;
 }
@@ -58,7 +40,7 @@ RegistrarConfig Dataset::registration() const {
 Outcome<void> Dataset::read(std::size_t i, Scan& into) const {
   const Entry& entry = scans_[i];
   into.clear();
-  into.reserve(entry.points);
+  into.reserve(entry.points, weighted_labels_);
   into.number = entry.number;
   into.count = static_cast<std::uint32_t>(entry.points);
   into.T_map_body = into.T_map_sensor = entry.T_map_sensor;
@@ -88,12 +70,19 @@ Outcome<void> Dataset::read_file(std::size_t i, std::string_view folder,
 Outcome<void> Dataset::read_components(std::size_t i, Scan& scan) const {
   if (labels_ == kCameraLabels) return {};  // Registration takes them from the images.
   scan.has_components = true;
-  const std::span<std::uint8_t> out = scan.components().first(scan.count);
+  const std::size_t labels = std::max<std::size_t>(weighted_labels_, 1);
+  const std::span<std::uint8_t> out = scan.components().first(scan.count * labels);
   if (!has_labels()) {
     std::fill(out.begin(), out.end(), classes_.unlabelled());
     return {};
   }
-  TESSERA_TRY_ASSIGN(const UnknownRawIds unknown, read_labels(i, labels_, out));
+  scan.labels_per_point = labels;
+  scan.has_label_weights = weighted_labels_ > 0;
+  const LabelRoom room{.components = out,
+                       .weights = scan.label_weights().first(scan.count * weighted_labels_),
+                       .weighted_labels = weighted_labels_};
+  TESSERA_TRY_ASSIGN(const UnknownRawIds unknown,
+                     read_label_file(label_file(i, labels_), classes_, room));
   scan.unknown = unknown;
   return {};
 }
@@ -101,24 +90,7 @@ Outcome<void> Dataset::read_components(std::size_t i, Scan& scan) const {
 Outcome<UnknownRawIds> Dataset::read_labels(std::size_t i, std::string_view folder,
                                             const DatasetClasses& classes,
                                             std::span<std::uint8_t> out) const {
-  TESSERA_ASSERT(out.size() == scans_[i].points);
-  const ScanFilePath path(dir_, folder, scans_[i].number, ".label");
-  TESSERA_TRY_ASSIGN(InputFile file, open_unchanged(path, out.size() * sizeof(std::uint32_t)));
-
-  UnknownRawIds unknown;
-  std::array<std::uint32_t, kLabelsPerChunk> chunk;
-  for (std::size_t done = 0; done < out.size();) {
-    const std::span<std::uint32_t> labels(chunk.data(),
-                                          std::min(out.size() - done, kLabelsPerChunk));
-    TESSERA_TRY(file.read_exactly(std::as_writable_bytes(labels)));
-    for (const std::uint32_t label : labels) {
-      const auto raw_id =
-          static_cast<std::uint16_t>(label & 0xFFFFU);  // The upper bits are the instance.
-      if (!classes.is_known(raw_id)) unknown.add(raw_id);
-      out[done++] = classes.component(raw_id);
-    }
-  }
-  return unknown;
+  return read_best_labels(label_file(i, folder), classes, out);
 }
 
 }  // namespace tessera

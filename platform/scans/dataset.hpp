@@ -18,6 +18,7 @@
 
 #include "base/outcome.hpp"
 #include "scans/dataset_classes.hpp"
+#include "scans/label_files.hpp"
 #include "scans/recorded_scans.hpp"
 #include "scans/scan_listing.hpp"
 #include "settings/source_options.hpp"
@@ -71,6 +72,8 @@ class Dataset final : public RecordedScans {
   [[nodiscard]] bool has_labels() const noexcept {
     return labels_ != kNoLabels && labels_ != kCameraLabels;
   }
+  /// Labels that each point has with weights, at most kMostLabels; 0: one without.
+  [[nodiscard]] std::size_t weighted_labels() const noexcept { return weighted_labels_; }
   [[nodiscard]] bool deskews() const noexcept { return deskews_; }
   [[nodiscard]] const Matrix34d& T_map_sensor(std::size_t i) const override {
     return scans_[i].T_map_sensor;
@@ -92,7 +95,8 @@ class Dataset final : public RecordedScans {
 
   /// Checks another folder of labels, for example ground truth, as open() does. Fails with kUsage.
   Outcome<void> check_labels(const std::string& folder) const;
-  /// Reads the labels of scan i from that folder as components; out.size() must be num_points(i).
+  /// Reads the labels of scan i from that folder as components, the heaviest where a point has
+  /// several, and C + 1 where none has a weight; out.size() must be num_points(i).
   /// No heap unless it fails, as read() does.
   Outcome<UnknownRawIds> read_labels(std::size_t i, std::string_view folder,
                                      std::span<std::uint8_t> out) const {
@@ -118,7 +122,11 @@ class Dataset final : public RecordedScans {
   Outcome<void> check_cameras();
   Outcome<void> read_file(std::size_t i, std::string_view folder, std::span<float> out) const;
   Outcome<void> read_components(std::size_t i, Scan& scan) const;
-  Outcome<void> check_label_files(const std::string& folder, const Message& remedy) const;
+  [[nodiscard]] LabelFile label_file(std::size_t i, std::string_view folder) const noexcept {
+    return {dir_, folder, scans_[i].number, scans_[i].points};
+  }
+  /// Returns as weighted_labels().
+  Outcome<std::size_t> check_label_files(const std::string& folder, const Message& remedy) const;
 
   std::string dir_;
   DatasetClasses classes_;
@@ -131,6 +139,7 @@ class Dataset final : public RecordedScans {
   std::vector<Entry> scans_;
   std::vector<ScanRange> missing_;
   std::size_t max_points_ = 0;
+  std::size_t weighted_labels_ = 0;
 };
 
 }  // namespace tessera

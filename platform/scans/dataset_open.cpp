@@ -18,7 +18,6 @@ namespace tessera {
 namespace {
 
 constexpr std::uint64_t kBytesPerPoint = 16;
-constexpr std::uint64_t kBytesPerLabel = 4;
 constexpr std::uint64_t kMaxPointsPerScan = std::uint64_t{1} << 24U;
 
 Outcome<void> require_folder(const std::string& what, const std::string& path,
@@ -66,9 +65,11 @@ Outcome<Dataset> Dataset::open(const std::string& dir, const DatasetOptions& opt
     TESSERA_TRY((dataset.*step)());
   }
   if (dataset.has_labels()) {
-    TESSERA_TRY(dataset.check_label_files(
-        dataset.labels_, "name another folder with " + kSourceSettings["--labels"] + ", or give " +
-                             kSourceSettings["--labels"] + " none"));
+    TESSERA_TRY_ASSIGN(
+        dataset.weighted_labels_,
+        dataset.check_label_files(dataset.labels_, "name another folder with " +
+                                                       kSourceSettings["--labels"] + ", or give " +
+                                                       kSourceSettings["--labels"] + " none"));
   }
   return dataset;
 }
@@ -177,24 +178,28 @@ Outcome<void> Dataset::check_cameras() {
 }
 
 Outcome<void> Dataset::check_labels(const std::string& folder) const {
-  return check_label_files(folder, "name a folder of labels that exists");
+  TESSERA_TRY_ASSIGN(const std::size_t labels,
+                     check_label_files(folder, "name a folder of labels that exists"));
+  static_cast<void>(labels);
+  return {};
 }
 
-Outcome<void> Dataset::check_label_files(const std::string& folder, const Message& remedy) const {
+Outcome<std::size_t> Dataset::check_label_files(const std::string& folder,
+                                                const Message& remedy) const {
   if (folder.empty()) return Failure{"the label folder has no name; " + remedy};
   TESSERA_TRY(require_folder("label folder", in_folder(dir_, folder), remedy));
-  for (const Entry& scan : scans_) {
-    const ScanFilePath path(dir_, folder, scan.number, ".label");
-    TESSERA_TRY_ASSIGN(const std::uint64_t size, file_size_bytes(path));
-    if (size == scan.points * kBytesPerLabel) continue;
-    const std::string have = size % kBytesPerLabel == 0
-                                 ? fmt::format("{} labels", size / kBytesPerLabel)
-                                 : fmt::format("{} bytes (not a whole number of labels)", size);
-    return Failure{fmt::format(
-        "{} has {}, but its scan has {} points; get the labels that belong to this scan",
-        path.view(), have, scan.points)};
+  std::size_t labels = 0;
+  for (std::size_t i = 0; i < scans_.size(); ++i) {
+    TESSERA_TRY_ASSIGN(const std::size_t here, check_label_file(label_file(i, folder)));
+    if (i > 0 && here != labels) {
+      return Failure{fmt::format(
+          "the label folder {} has {} with weights for each point of scan {}, and {} of scan {}; "
+          "label all scans alike",
+          in_folder(dir_, folder), labels, scans_[i - 1].number, here, scans_[i].number)};
+    }
+    labels = here;
   }
-  return {};
+  return labels;
 }
 
 }  // namespace tessera

@@ -12,6 +12,7 @@
 
 #include "base/atomic_file.hpp"
 #include "scans/cloud.hpp"
+#include "scans/label_files.hpp"
 #include "scans/scan_listing.hpp"
 
 namespace tessera {
@@ -120,13 +121,18 @@ Outcome<void> KittiWriter::add(const Scan& scan, const ScanView& view) {
   const std::size_t floats = std::min(view.stride_floats, kFloatsPerPoint);
   for (std::size_t i = 0; i < view.count; ++i)
     std::copy_n(view.points + i * view.stride_floats, floats, &points_xyzi_[i * kFloatsPerPoint]);
-  labels_.resize(view.count);
-  for (std::size_t i = 0; i < view.count; ++i) {
-    const std::uint8_t component = view.components != nullptr ? view.components[i] : unlabelled_;
-    labels_[i] = raw_ids_[component].value_or(*raw_ids_[unlabelled_]);
+  const bool weighted = view.label_weights != nullptr;
+  labels_.resize(view.count * view.labels_per_point);
+  for (std::size_t k = 0; k < labels_.size(); ++k) {
+    const std::uint8_t component = view.components != nullptr ? view.components[k] : unlabelled_;
+    labels_[k] = raw_ids_[component].value_or(*raw_ids_[unlabelled_]);
+    if (weighted) labels_[k] |= std::uint32_t{view.label_weights[k]} << 16U;
   }
   Outcome<void> done = write_scan_file("velodyne", ".bin", std::as_bytes(std::span(points_xyzi_)));
-  if (done.ok()) done = write_scan_file(kLabelFolder, ".label", std::as_bytes(std::span(labels_)));
+  if (done.ok()) {
+    done = write_scan_file(kLabelFolder, weighted ? kWeightedSuffix : ".label",
+                           std::as_bytes(std::span(labels_)));
+  }
   if (done.ok() && with_times_)
     done = write_scan_file("times", ".bin", std::as_bytes(scan.times_s().first(scan.count)));
   if (!done.ok()) return done;

@@ -26,16 +26,20 @@ void Scan::allocate_points() {
   points_ = std::make_unique<float[]>(limits_.floats_per_point * limits_.points);
   if (limits_.weights) weights_ = std::make_unique<float[]>(limits_.points);
   times_s_ = std::make_unique<float[]>(limits_.points);
-  components_ = std::make_unique<std::uint8_t[]>(limits_.points);
+  components_ = std::make_unique<std::uint8_t[]>(components().size());
+  if (limits_.weighted_labels > 0)
+    label_weights_ = std::make_unique<std::uint8_t[]>(label_weights().size());
   if (limits_.no_returns) no_return_ = std::make_unique<std::uint8_t[]>(limits_.points);
 }
 
-void Scan::reserve(std::size_t points) {
-  if (points <= limits_.points) return;
-  limits_.points = points;
+void Scan::reserve(std::size_t points, std::size_t weighted_labels) {
+  if (points <= limits_.points && weighted_labels <= limits_.weighted_labels) return;
+  limits_.points = std::max(points, limits_.points);
+  limits_.weighted_labels = std::max(weighted_labels, limits_.weighted_labels);
   points_.reset();  // So that old and new memory are not held at the same time.
   times_s_.reset();
   components_.reset();
+  label_weights_.reset();
   no_return_.reset();
   allocate_points();
 }
@@ -45,7 +49,8 @@ void Scan::become_cloud(const ScanView& view) {
   kind = ScanKind::kCloud;
   count = static_cast<std::uint32_t>(view.count);
   has_components = view.components != nullptr;
-  has_weights = has_times = has_no_return = false;
+  labels_per_point = 1;
+  has_label_weights = has_weights = has_times = has_no_return = false;
   num_images = 0;
   for (std::size_t i = 0; i < view.count; ++i)
     std::copy_n(view.points + i * view.stride_floats, 3,
@@ -60,6 +65,8 @@ void Scan::clear() noexcept {
   count = 0;
   width_px = height_px = 0;
   has_components = has_weights = has_times = has_no_return = images_missing = false;
+  labels_per_point = 1;
+  has_label_weights = false;
   first_us = last_us = 0;
   T_body_sensor = T_map_body = T_map_sensor = Matrix34d::Identity();
   num_images = num_poses = 0;

@@ -27,6 +27,7 @@ struct ScanLimits {
   std::size_t floats_per_point = 3;      ///< 3: x y z; 4: and an intensity.
   bool weights = true;                   ///< Whether points may have weights.
   bool no_returns = false;               ///< Whether points may be directions without a return.
+  std::size_t weighted_labels = 0;  ///< Labels with weights that a point may have; 0: one without.
 
   friend constexpr bool operator==(const ScanLimits&, const ScanLimits&) = default;
 };
@@ -70,12 +71,13 @@ class Scan {
   [[nodiscard]] static constexpr std::size_t required_bytes(const ScanLimits& limits) noexcept {
     const std::size_t floats = limits.floats_per_point + 1 + (limits.weights ? 1U : 0U);
     const std::size_t flags = limits.no_returns ? 1 : 0;
-    return limits.points * (floats * sizeof(float) + 1 + flags) +
+    return limits.points *
+               (floats * sizeof(float) + labels(limits) + limits.weighted_labels + flags) +
            limits.cameras * limits.image_pixels;
   }
-  /// Grows if it holds fewer points, whose values are lost then; never shrinks. For recorded scans
-  /// only: a live source uses no heap after its start.
-  void reserve(std::size_t points);
+  /// Grows if it holds fewer points, or fewer labels with weights of each, whose values are lost
+  /// then; never shrinks. For recorded scans only: a live source uses no heap after its start.
+  void reserve(std::size_t points, std::size_t weighted_labels = 0);
 
   // Set by the source; the user may change anything until it pops the scan.
   ScanKind kind = ScanKind::kCloud;
@@ -87,6 +89,8 @@ class Scan {
   std::int32_t width_px = 0;  ///< Of a depth image; its labels are images()[0], if it has any.
   std::int32_t height_px = 0;
   bool has_components = false;  ///< If false, components() are invalid: label points by the images.
+  std::size_t labels_per_point = 1;  ///< Of components().
+  bool has_label_weights = false;    ///< If not, a point has one label.
   bool has_weights = false;
   bool has_times = false;
   bool has_no_return = false;   ///< Some points may be directions: no_return() is not 0.
@@ -116,12 +120,16 @@ class Scan {
   [[nodiscard]] std::span<const ScanImage> images() const noexcept {
     return std::span(image_memory).first(num_images);
   }
-  /// The whole capacity; of a cloud only the first floats_per_point * count, count, ... are valid.
+  /// The whole capacity; of a cloud only the first floats_per_point * count, labels_per_point *
+  /// count, count, ... are valid.
   [[nodiscard]] std::span<float> points() noexcept {
     return {points_.get(), limits_.floats_per_point * limits_.points};
   }
   [[nodiscard]] std::span<std::uint8_t> components() noexcept {
-    return {components_.get(), limits_.points};
+    return {components_.get(), labels(limits_) * limits_.points};
+  }
+  [[nodiscard]] std::span<std::uint8_t> label_weights() noexcept {
+    return {label_weights_.get(), limits_.weighted_labels * limits_.points};
   }
   [[nodiscard]] std::span<float> weights() noexcept {
     return {weights_.get(), limits_.weights ? limits_.points : 0};
@@ -150,11 +158,17 @@ class Scan {
             .components = has_components ? components_.get() : nullptr,
             .weights = has_weights ? weights_.get() : nullptr,
             .T_body_sensor = T_body_sensor,
-            .no_return = has_no_return ? no_return_.get() : nullptr};
+            .no_return = has_no_return ? no_return_.get() : nullptr,
+            .labels_per_point = labels_per_point,
+            .label_weights = has_label_weights ? label_weights_.get() : nullptr};
   }
   [[nodiscard]] const ScanLimits& limits() const noexcept { return limits_; }
 
  private:
+  /// Of each point, with memory.
+  [[nodiscard]] static constexpr std::size_t labels(const ScanLimits& limits) noexcept {
+    return limits.weighted_labels > 1 ? limits.weighted_labels : 1;
+  }
   void allocate_points();
 
   ScanLimits limits_{.points = 0, .cameras = 0, .image_pixels = 0};
@@ -162,6 +176,7 @@ class Scan {
   std::unique_ptr<float[]> weights_;
   std::unique_ptr<float[]> times_s_;
   std::unique_ptr<std::uint8_t[]> components_;
+  std::unique_ptr<std::uint8_t[]> label_weights_;
   std::unique_ptr<std::uint8_t[]> no_return_;
   std::unique_ptr<std::uint8_t[]> images_;
 };

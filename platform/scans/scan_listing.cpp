@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/scan_listing.hpp"
 
+#include <fmt/core.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -102,6 +103,11 @@ std::string to_text(const std::vector<ScanRange>& ranges) {
   return text;
 }
 
+bool is_file(const ScanFilePath& path) noexcept {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode);
+}
+
 Outcome<std::uint64_t> file_size_bytes(const ScanFilePath& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) {
@@ -112,6 +118,16 @@ Outcome<std::uint64_t> file_size_bytes(const ScanFilePath& path) {
                    ": it is not a regular file; put the scan's file in its place"};
   }
   return static_cast<std::uint64_t>(status.st_size);
+}
+
+Outcome<InputFile> open_unchanged(const ScanFilePath& path, std::uint64_t expected_bytes) {
+  Outcome<InputFile> file = InputFile::open(path.view());
+  if (!file.ok()) return Failure{file.failure().message, FailureKind::kFailure};
+  if (file->size_bytes() == expected_bytes) return file;
+  return Failure{fmt::format("{} has {} bytes, but had {} when the dataset was opened; do not "
+                             "change its files during a run",
+                             path.view(), file->size_bytes(), expected_bytes),
+                 FailureKind::kFailure};
 }
 
 }  // namespace tessera

@@ -52,7 +52,12 @@ Outcome<std::vector<int>> list_scans(const std::string& folder);
 /// "3, 7-9".
 [[nodiscard]] std::string to_text(const std::vector<ScanRange>& ranges);
 
+/// Whether there is a regular file. No heap.
+[[nodiscard]] bool is_file(const ScanFilePath& path) noexcept;
 /// Fails with kUsage iff the file is missing or not a regular one.
 Outcome<std::uint64_t> file_size_bytes(const ScanFilePath& path);
+/// The file, if it still has the size that it had when the dataset was opened. Fails with kFailure,
+/// as what was valid then and is no longer is not a usage error. No heap unless it fails.
+Outcome<InputFile> open_unchanged(const ScanFilePath& path, std::uint64_t expected_bytes);
 
 }  // namespace tessera

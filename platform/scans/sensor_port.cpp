@@ -161,8 +161,8 @@ void SensorPort::take(std::string_view channel, std::span<const std::byte> paylo
 
 void SensorPort::take_cloud(std::span<const std::byte> payload, bool semantic) noexcept {
   Scan& slot = matcher_.next_scan();
-  const CloudMemory memory{slot.points(), slot.components(), slot.weights(), slot.times_s(),
-                           slot.no_return()};
+  const CloudMemory memory{slot.points(),  slot.components(), slot.weights(),
+                           slot.times_s(), slot.no_return(),  slot.label_weights()};
   CloudHeader header;
   const MessageFault fault = semantic ? decode_semantic_cloud(payload, memory, header)
                                       : decode_cloud(payload, memory, header);
@@ -173,6 +173,8 @@ void SensorPort::take_cloud(std::span<const std::byte> payload, bool semantic) n
   slot.count = header.count;
   slot.width_px = slot.height_px = 0;
   slot.has_components = header.has_components;
+  slot.labels_per_point = header.labels_per_point;
+  slot.has_label_weights = header.has_label_weights;
   slot.has_weights = header.has_weights;
   slot.has_times = header.has_times;
   slot.has_no_return = header.has_no_return;
@@ -203,6 +205,8 @@ void SensorPort::take_depth_image(std::span<const std::byte> payload) noexcept {
   slot.width_px = header.width_px;
   slot.height_px = header.height_px;
   slot.has_components = slot.has_weights = slot.has_times = slot.has_no_return = false;
+  slot.labels_per_point = 1;
+  slot.has_label_weights = false;
   slot.first_us = slot.last_us = 0;
   matcher_.add_scan(time());
 }

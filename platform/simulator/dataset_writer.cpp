@@ -18,6 +18,7 @@
 
 #include "base/atomic_file.hpp"
 #include "pictures/png_image.hpp"
+#include "scans/label_files.hpp"
 #include "simulator/dataset_formats.hpp"
 #include "simulator/random.hpp"
 #include "simulator/traffic.hpp"
@@ -33,6 +34,7 @@ using street::rows_text;
 using street::scan_name;
 using street::text_of;
 
+constexpr const char* kBeliefs = "topk";  ///< Folder of labels with weights.
 constexpr const char* kScanFolders[] = {"velodyne", "labels", "predictions"};
 
 struct WriteError {
@@ -71,6 +73,7 @@ void write_file(const fs::path& path, std::string_view bytes) {
 /// The suffix of a scan's file, by its folder.
 const char* suffix_of(const fs::path& folder) {
   if (folder.parent_path().filename() == "cameras") return ".png";
+  if (folder.filename() == kBeliefs) return kWeightedSuffix;
   const bool numbers = folder.filename() == "velodyne" || folder.filename() == "times";
   return numbers ? ".bin" : ".label";
 }
@@ -185,6 +188,7 @@ class Writer {
       wanted ? clear_left_overs(extra, scans) : clear_folder(extra);
     };
     prepare(folder / "times", simulator_.config().sweep);
+    prepare(folder / kBeliefs, simulator_.config().weighted_labels > 0);
     for (const char* name : {"cameras.toml", "poses_dense.txt"}) remove_if_there(folder / name);
     const std::vector<SimulatedCamera> cameras = simulator_.cameras();
     for (std::size_t camera = 0; camera < cameras.size(); ++camera)
@@ -238,6 +242,8 @@ class Writer {
     write_file(folder / "velodyne" / (name + ".bin"), point_bytes(scan.points));
     write_file(folder / "labels" / (name + ".label"), label_bytes(scan.labels));
     write_file(folder / "predictions" / (name + ".label"), label_bytes(scan.predictions));
+    if (!scan.beliefs.empty())
+      write_file(folder / kBeliefs / (name + kWeightedSuffix), label_bytes(scan.beliefs));
     if (!scan.times_s.empty())
       write_file(folder / "times" / (name + ".bin"), number_bytes(scan.times_s));
     if (options_.cameras) write_images(folder, robot, index);

@@ -24,6 +24,58 @@ constexpr double kSaltShare = 0.008;  ///< Share of single points with an error.
 constexpr double kUnlabelledShare = 0.008;
 constexpr int kBleedColumns = 4;
 constexpr int kBleedRows = 1;
+constexpr double kLeastSureness =
+    0.25;  ///< Of a field whose errors are as common as right answers.
+/// Of what an answer leaves of one: to what it is confused with, and to another answer.
+constexpr double kSecondShare = 0.7;
+constexpr double kThirdShare = 0.2;
+constexpr double kTruthSecond = 0.7;  ///< How often an error's second answer is the truth.
+/// Near borders: of the label that is used, and of those half as far and half as far again.
+constexpr std::array<double, 3> kBlend{0.6, 0.2, 0.2};
+constexpr double kSaltSureness = 0.5;
+
+/// Answers with their probabilities, of which few are different.
+class Mixture {
+ public:
+  void add(std::uint16_t id, double probability) noexcept {
+    std::size_t at = 0;
+    while (at < count_ && ids_[at] != id) ++at;
+    if (at == ids_.size()) return;
+    if (at == count_) ids_[count_++] = id;
+    sums_[at] += probability;
+  }
+  void add(const Belief& belief, double share) noexcept {
+    for (std::size_t i = 0; i < Belief::kLabels; ++i)
+      add(belief.ids[i], share * static_cast<double>(belief.probabilities[i]));
+  }
+  /// The likeliest, but said first: it takes the likeliest one's probability if that is another.
+  [[nodiscard]] Belief belief(std::uint16_t said) noexcept {
+    Belief found;
+    for (std::size_t i = 0; i < Belief::kLabels; ++i) {
+      const auto most =
+          static_cast<std::size_t>(std::max_element(sums_.begin(), sums_.end()) - sums_.begin());
+      if (i == 0 && ids_[most] != said) {
+        const auto its = static_cast<std::size_t>(
+            std::find(ids_.begin(), ids_.begin() + static_cast<std::ptrdiff_t>(count_), said) -
+            ids_.begin());
+        if (its < count_) std::swap(sums_[its], sums_[most]);
+        found.ids[0] = said;
+        found.probabilities[0] = static_cast<float>(its < count_ ? sums_[its] : sums_[most]);
+        sums_[its < count_ ? its : most] = 0.0;
+        continue;
+      }
+      found.ids[i] = ids_[most];
+      found.probabilities[i] = static_cast<float>(sums_[most]);
+      sums_[most] = 0.0;
+    }
+    return found;
+  }
+
+ private:
+  std::array<std::uint16_t, 12> ids_{};
+  std::array<double, 12> sums_{};
+  std::size_t count_ = 0;
+};
 
 class Predictor {
  public:
@@ -36,20 +88,54 @@ class Predictor {
   std::vector<std::uint16_t> predict() {
     std::vector<std::uint16_t> inner(image_.echoes.size(), 0);
     for (std::size_t i = 0; i < inner.size(); ++i) {
-      if (image_.echoes[i].returned()) inner[i] = without_borders(image_.echoes[i]);
+      if (image_.echoes[i].returned()) inner[i] = without_borders(image_.echoes[i]).said;
     }
     std::vector<std::uint16_t> said(inner.size(), 0);
-    std::size_t pixel = 0;
-    for (int row = 0; row < image_.rows; ++row) {
-      for (int column = 0; column < image_.columns; ++column, ++pixel) {
-        if (!image_.echoes[pixel].returned()) continue;
-        said[pixel] = salted(pixel, inner[bleed_source(row, column, pixel)]);
-      }
-    }
+    for_returns([&](int row, int column, std::size_t pixel) {
+      said[pixel] = salted(pixel, inner[bleed_source(row, column, pixel, 1.0)]);
+    });
     return said;
   }
 
+  std::vector<Belief> believe() {
+    std::vector<Belief> inner(image_.echoes.size());
+    for (std::size_t i = 0; i < inner.size(); ++i) {
+      if (image_.echoes[i].returned()) inner[i] = belief_of(image_.echoes[i]);
+    }
+    std::vector<Belief> held(inner.size());
+    for_returns([&](int row, int column, std::size_t pixel) {
+      const Belief& used = inner[bleed_source(row, column, pixel, 1.0)];
+      const std::uint16_t said = salted(pixel, used.ids[0]);
+      Mixture mixture;
+      const double left = said == used.ids[0] ? 1.0 : 1.0 - kSaltSureness;
+      if (left < 1.0) mixture.add(said, kSaltSureness);
+      constexpr std::array<double, 3> kSteps{1.0, 0.5, 1.5};
+      for (std::size_t step = 0; step < kSteps.size(); ++step)
+        mixture.add(inner[bleed_source(row, column, pixel, kSteps[step])], left * kBlend[step]);
+      held[pixel] = mixture.belief(said);
+    });
+    return held;
+  }
+
  private:
+  /// The answer away from borders, and how far the field is from the quantile where errors begin.
+  struct Answered {
+    std::uint16_t said = 0;
+    bool mistaken = false;
+    double field_share = 0.0;  ///< Of the normal distribution below the field.
+    double probability = 0.0;  ///< Of an error.
+  };
+
+  template <class Visit>
+  void for_returns(Visit&& visit) const {
+    std::size_t pixel = 0;
+    for (int row = 0; row < image_.rows; ++row) {
+      for (int column = 0; column < image_.columns; ++column, ++pixel) {
+        if (image_.echoes[pixel].returned()) visit(row, column, pixel);
+      }
+    }
+  }
+
   [[nodiscard]] std::uint64_t own(Stream stream) const {
     return hash_of(seed_, stream, 1 + viewpoint_.robot);
   }
@@ -94,12 +180,45 @@ class Predictor {
     return std::min(normal_share(normal), 0.999999);
   }
 
-  [[nodiscard]] std::uint16_t without_borders(const Echo& echo) const {
+  [[nodiscard]] Answered without_borders(const Echo& echo) const {
     const RawId learned = learned_id(echo.id);
-    const double probability = mistake_probability(learned, echo.range_m, echo.cos_incidence);
-    const double field = confidence(echo, Stream::kMistake, is_thing(learned));
-    if (normal_share(field) >= probability) return static_cast<std::uint16_t>(learned);
-    return answer(echo, learned);
+    Answered answered{.probability =
+                          mistake_probability(learned, echo.range_m, echo.cos_incidence)};
+    answered.field_share = normal_share(confidence(echo, Stream::kMistake, is_thing(learned)));
+    answered.mistaken = answered.field_share < answered.probability;
+    answered.said = answered.mistaken ? answer(echo, learned) : static_cast<std::uint16_t>(learned);
+    return answered;
+  }
+
+  /// A normal distribution's quantile, by the logistic one that is closest to it.
+  [[nodiscard]] static double quantile(double share) {
+    const double inside = std::clamp(share, 1e-6, 1.0 - 1e-6);
+    return std::log(inside / (1.0 - inside)) / 1.702;
+  }
+
+  [[nodiscard]] Belief belief_of(const Echo& echo) const {
+    const Answered answered = without_borders(echo);
+    const RawId learned = learned_id(echo.id);
+    const auto truth = static_cast<std::uint16_t>(learned);
+    const double from = quantile(answered.probability);
+    const double margin = std::abs(quantile(answered.field_share) - from);
+    const double sureness = std::max(-2.0 * from, kLeastSureness) * kOverconfidence;
+    const double sure = 1.0 / (1.0 + std::exp(-sureness * margin));
+    // What else it may be: for an object as a whole, or for some metres of a surface.
+    const bool thing = is_thing(learned);
+    const std::uint64_t hash = own(Stream::kBelief);
+    const double draw =
+        normal_share(thing ? whole(hash, echo.object) : patch(hash, echo.p_street, 2.5));
+    const std::uint16_t other =
+        mistaken_for(static_cast<RawId>(answered.said), std::min(draw, 0.999999));
+    const bool truth_second = answered.mistaken && draw < kTruthSecond;
+    const std::uint16_t confused = answered.mistaken ? truth : answer(echo, learned);
+    Mixture mixture;
+    mixture.add(answered.said, sure);
+    const bool swap = answered.mistaken && !truth_second;
+    mixture.add(confused, (1.0 - sure) * (swap ? kThirdShare : kSecondShare));
+    mixture.add(other, (1.0 - sure) * (swap ? kSecondShare : kThirdShare));
+    return mixture.belief(answered.said);
   }
 
   /// The column at this distance to the right; -1 outside of an image that does not close.
@@ -123,15 +242,19 @@ class Predictor {
     return false;
   }
 
-  /// The pixel whose label is used here. Thin and distinct objects keep their own more often and
-  /// spread over what is behind them, as in the measured predictions.
-  [[nodiscard]] std::size_t bleed_source(int row, int column, std::size_t pixel) const {
+  /// The pixel whose label is used here, with labels that reach so many times as far. Thin and
+  /// distinct objects keep their own more often and spread over what is behind them, as in the
+  /// measured predictions.
+  [[nodiscard]] std::size_t bleed_source(int row, int column, std::size_t pixel,
+                                         double reach) const {
     const Echo& echo = image_.echoes[pixel];
     const RawId learned = learned_id(echo.id);
     if (!near_border(row, column, learned)) return pixel;
     const double strength = is_thing(learned) ? 0.5 : 1.0;
-    const double sideways = 1.7 * strength * patch(own(Stream::kBleedColumn), echo.p_street, 0.8);
-    const double upright = 0.55 * strength * patch(own(Stream::kBleedRow), echo.p_street, 0.8);
+    const double sideways =
+        reach * 1.7 * strength * patch(own(Stream::kBleedColumn), echo.p_street, 0.8);
+    const double upright =
+        reach * 0.55 * strength * patch(own(Stream::kBleedRow), echo.p_street, 0.8);
     const int dc =
         std::clamp(static_cast<int>(std::lround(sideways)), -kBleedColumns, kBleedColumns);
     const int dr = std::clamp(static_cast<int>(std::lround(upright)), -kBleedRows, kBleedRows);
@@ -160,6 +283,11 @@ class Predictor {
 std::vector<std::uint16_t> predict_labels(std::uint64_t seed, const Viewpoint& viewpoint,
                                           const EchoImage& image) {
   return Predictor(seed, viewpoint, image).predict();
+}
+
+std::vector<Belief> predict_beliefs(std::uint64_t seed, const Viewpoint& viewpoint,
+                                    const EchoImage& image) {
+  return Predictor(seed, viewpoint, image).believe();
 }
 
 std::vector<std::uint16_t> true_labels(std::uint64_t seed, const Viewpoint& viewpoint,

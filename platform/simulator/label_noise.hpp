@@ -5,6 +5,8 @@
 // borders in the image; some random single errors.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -22,6 +24,22 @@ struct Viewpoint {
 /// One raw id for each pixel of the image, static classes only; 0 without a return.
 std::vector<std::uint16_t> predict_labels(std::uint64_t seed, const Viewpoint& viewpoint,
                                           const EchoImage& image);
+
+/// Labels that a network holds for likely, and how likely; the first is what it says.
+struct Belief {
+  static constexpr std::size_t kLabels = 3;
+  std::array<std::uint16_t, kLabels> ids{};
+  std::array<float, kLabels> probabilities{};  ///< Falling; at most one in all.
+};
+/// The same predictions with what the network holds for likely beside them. Where it has errors,
+/// its answer is as sure as errors so deep are rare: so of a calibrated network the odds would be,
+/// for a normal field that is below the quantile of p or above it by m, exp(2 m quantile(p)). These
+/// are too sure by kOverconfidence, as networks are (Guo et al., ICML 2017). Of what an answer
+/// leaves, most goes to what it was confused with: not always the truth. Near borders what is
+/// beside a pixel mixes in.
+std::vector<Belief> predict_beliefs(std::uint64_t seed, const Viewpoint& viewpoint,
+                                    const EchoImage& image);
+inline constexpr double kOverconfidence = 1.25;  ///< Factor of the odds' logarithm.
 
 /// The true raw id of each pixel; a small share (borders and stray points) is unlabelled, as in
 /// annotated data.

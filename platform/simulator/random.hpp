@@ -26,6 +26,7 @@ enum class Stream : std::uint64_t {
   kSalt,
   kDrive,
   kPoseError,
+  kBelief,
 };
 
 /// A bijective mixer in which every input bit reaches every output bit.

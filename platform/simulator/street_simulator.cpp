@@ -19,6 +19,8 @@
 #include "simulator/street_cameras.hpp"
 #include "simulator/street_plan.hpp"
 #include "simulator/traffic.hpp"
+#include "tessera/base/assert.hpp"
+#include "tessera/registration/point_labels.hpp"
 
 namespace tessera {
 namespace {
@@ -42,6 +44,18 @@ double half_length_m(const street::Traffic& traffic, const SimulatorConfig& conf
   constexpr double kStep_m = 40.0;
   const double needed = farthest + kRoomAhead_m;
   return std::max(kShortestHalf_m, kStep_m * std::ceil(needed / kStep_m));
+}
+
+/// The first labels of a belief, with weights that sum to what they share of one.
+void append_words(const street::Belief& belief, std::size_t labels,
+                  std::vector<std::uint32_t>& words) {
+  std::array<std::uint8_t, street::Belief::kLabels> weights{};
+  const Status status = quantise_label_weights(std::span(belief.probabilities).first(labels),
+                                               std::span(weights).first(labels));
+  TESSERA_ASSERT(status == Status::kOk);
+  static_cast<void>(status);
+  for (std::size_t j = 0; j < labels; ++j)
+    words.push_back(belief.ids[j] | (std::uint32_t{weights[j]} << 16U));
 }
 
 std::string between(const char* what, int most, int given) {
@@ -91,6 +105,12 @@ Outcome<StreetSimulator> StreetSimulator::make(const SimulatorConfig& config) {
   }
   if (config.scans < 1 || config.scans > kMaxScans) {
     return Failure{between("scans", kMaxScans, config.scans)};
+  }
+  if (config.weighted_labels < 0 || config.weighted_labels > 3) {
+    return Failure{
+        fmt::format("the number of labels with weights must be 0 to 3, not {}; choose "
+                    "one in that range",
+                    config.weighted_labels)};
   }
   return StreetSimulator(std::make_unique<const Street>(config));
 }
@@ -162,7 +182,12 @@ SimulatedScan StreetSimulator::scan(int robot, int index) const {
   const street::EchoImage image = measure(robot, index);
   const street::Viewpoint viewpoint{robot, here.traffic.driven(robot, time_s(index)), index};
   const auto truth = street::true_labels(here.config.seed, viewpoint, image);
-  const auto said = street::predict_labels(here.config.seed, viewpoint, image);
+  const auto labels = static_cast<std::size_t>(here.config.weighted_labels);
+  const bool believes = labels > 0;
+  const auto held = believes ? street::predict_beliefs(here.config.seed, viewpoint, image)
+                             : std::vector<street::Belief>{};
+  const auto said = believes ? std::vector<std::uint16_t>{}
+                             : street::predict_labels(here.config.seed, viewpoint, image);
 
   SimulatedScan scan;
   for (std::size_t i = 0; i < image.echoes.size(); ++i) {
@@ -171,7 +196,8 @@ SimulatedScan StreetSimulator::scan(int robot, int index) const {
     const Eigen::Vector3f p = round_to_float(echo.p_sensor);
     scan.points.push_back({p.x(), p.y(), p.z(), echo.intensity});
     scan.labels.push_back(truth[i]);
-    scan.predictions.push_back(said[i]);
+    scan.predictions.push_back(believes ? held[i].ids[0] : said[i]);
+    if (believes) append_words(held[i], labels, scan.beliefs);
     if (!here.config.sweep) continue;
     const int column = static_cast<int>(i % static_cast<std::size_t>(image.columns));
     scan.times_s.push_back(static_cast<float>(column_time_s(column, image.columns)));

@@ -33,6 +33,8 @@ struct SimulatorConfig {
   /// Scans are swept while the robot drives: the scanner turns left once a scan, and faces ahead at
   /// the scan's stamp.
   bool sweep = false;
+  /// Labels with weights that scans have beside the predictions, 0 .. 3.
+  int weighted_labels = 0;
 };
 
 /// Points and labels have the same length and order: beam by beam from the top, each turning left
@@ -43,7 +45,10 @@ struct SimulatedScan {
   std::vector<std::uint32_t>
       labels;  ///< Truth: SemanticKITTI raw ids, 252 and 254 for moving objects, 0 unlabelled.
   std::vector<std::uint32_t>
-      predictions;             ///< With a network's errors: raw ids of static classes, never 0.
+      predictions;  ///< With a network's errors: raw ids of static classes, never 0.
+  /// Only with SimulatorConfig::weighted_labels, so many for each point: raw ids in the lower 16
+  /// bits, weights in 255ths in the upper. The first is the one of predictions.
+  std::vector<std::uint32_t> beliefs;
   std::vector<float> times_s;  ///< Only for swept scans: of each point, from the scan's stamp.
 };
 

@@ -22,7 +22,9 @@ void write(const std::string& path, const void* bytes, std::size_t count) {
 void write_scan(const std::string& folder, int number, Scan& scan) {
   const std::string path = folder + "/" + std::to_string(number);
   write(path + ".xyz", scan.points().data(), std::size_t{12} * scan.count);
-  write(path + ".components", scan.components().data(), scan.has_components ? scan.count : 0);
+  const std::size_t labels = scan.count * scan.labels_per_point;
+  write(path + ".components", scan.components().data(), scan.has_components ? labels : 0);
+  write(path + ".label_weights", scan.label_weights().data(), scan.has_label_weights ? labels : 0);
   std::ofstream line(path + ".txt");
   line.precision(17);
   line << scan.stamp_us << ' ' << scan.sensor << ' ' << scan.num_poses;
@@ -41,6 +43,7 @@ void write_scan(const std::string& folder, int number, Scan& scan) {
 
 int hear(const std::string& folder, int count, std::int64_t seconds, int cameras) {
   SensorPortConfig config;
+  config.matcher.slot.weighted_labels = kMostLabels;
   config.matcher.sensors = {{0, MountedKind::kSemanticCloud}, {0, MountedKind::kRawCloud}};
   for (int camera = 0; camera < cameras; ++camera) config.matcher.cameras.push_back(camera);
   config.matcher.slot = {.points = 150'000,

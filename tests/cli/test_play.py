@@ -100,6 +100,20 @@ class Play(CommandCase):
         self.addCleanup(player.kill)
         self.assertEqual(first, self.heard(*again))
 
+    def test_labels_with_weights_are_heard_as_they_are_in_the_files(self):
+        if not IN_OWN_NETWORK:
+            self.skipTest("skipped: no network namespaces are permitted here")
+        self.done("simulate", "--robots", 1, "--scans", SCANS, "--topk", 3, "--out", "street")
+        data = self.folder / "street" / "robot_0"
+        live = self.hear("live")
+        self.done("play", "--dataset", data, "--labels", "topk")
+        heard = self.heard(*live)
+        for scan in range(SCANS):
+            self.assertEqual(packed_points(data / "velodyne" / f"{scan:06}.bin"), heard[f"{scan}.xyz"])
+            words = array.array("I", (data / "topk" / f"{scan:06}.topk").read_bytes())
+            self.assertEqual(len(words), len(heard[f"{scan}.components"]))
+            self.assertEqual(bytes(word >> 16 for word in words), heard[f"{scan}.label_weights"])
+
     def test_a_node_gets_all_that_sensors_would_give_it(self):
         """Raw clouds as they are in the files, with times, what three cameras saw, and poses in between."""
         if not IN_OWN_NETWORK:

@@ -23,7 +23,7 @@ class Formats(NodeCase):
     def setUpClass(cls):
         super().setUpClass()
         cls.swept = cls.class_folder() + "/street"
-        cls.simulate(cls.swept, "--robots", 1, "--scans", SWEPT_SCANS, "--cameras", "on", "--sweep", "on")
+        cls.simulate(cls.swept, "--robots", 1, "--scans", SWEPT_SCANS, "--cameras", "on", "--sweep", "on", "--topk", 3)
 
     def setUp(self):
         super().setUp()
@@ -59,6 +59,7 @@ class Formats(NodeCase):
     def formats(self):
         data = f"{self.swept}/robot_0"
         yield "labels", {"dataset": data}
+        yield "labels with weights", {"dataset": data, "labels": "topk"}
         yield "cameras", {"dataset": data, "labels": "cameras"}
         yield "not deskewed", {"dataset": data, "deskew": "off", "first": 1}
         plain = kitti.write_dataset(self.folder / "plain", self.scans)

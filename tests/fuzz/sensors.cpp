@@ -44,22 +44,26 @@ void cloud(Bytes bytes, bool semantic) {
   std::vector<float> xyz(3 * kRoom);
   std::vector<float> weights(kRoom);
   std::vector<float> times_s(kRoom);
-  std::vector<std::uint8_t> components(kRoom);
+  std::vector<std::uint8_t> components(3 * kRoom);
+  std::vector<std::uint8_t> label_weights(3 * kRoom);
   std::vector<std::uint8_t> no_return(kRoom);
   CloudHeader header;
-  const CloudMemory memory{xyz, components, weights, times_s, no_return};
+  const CloudMemory memory{xyz, components, weights, times_s, no_return, label_weights};
   const MessageFault fault =
       semantic ? decode_semantic_cloud(bytes, memory, header) : decode_cloud(bytes, memory, header);
   if (fault != MessageFault::kNone) return;
   require(header.count <= kRoom, "more points than there is room for");
   require(header.first_us >= -kMostSweep_us && header.last_us <= kMostSweep_us, "a point's time");
   require(header.has_components == semantic, "components of what has none");
+  require(header.labels_per_point >= 1 && header.labels_per_point <= 3, "labels of a point");
+  const std::size_t labels = std::size_t{header.labels_per_point} * header.count;
   if (header.has_times || header.count == 0) return;
   const CloudToSend again{
       .stamp_us = header.stamp_us,
       .sensor = header.sensor,
       .xyz = std::span(xyz).first(3 * std::size_t{header.count}),
-      .components = std::span(components).first(semantic ? header.count : 0),
+      .components = std::span(components).first(semantic ? labels : 0),
+      .label_weights = std::span(label_weights).first(header.has_label_weights ? labels : 0),
       .weights = std::span(weights).first(header.has_weights ? header.count : 0),
       .no_return = std::span(no_return).first(header.has_no_return ? header.count : 0)};
   const std::vector<std::byte> written = encode(again);

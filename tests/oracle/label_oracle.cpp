@@ -58,9 +58,17 @@ void LabelOracle::add_scan(const std::vector<OraclePoint>& points) {
 
 void LabelOracle::count(const OraclePoint& point) {
   if (!(point.weight > 0.0) || point.weight < static_cast<double>(config_.min_weight)) return;
-  OracleCount& entry = voxels_[cell_of(point.p, resolution_m_)][point.component];
-  entry.sum += point.weight;
-  ++entry.added;
+  add(cell_of(point.p, resolution_m_), point, point.weight, true, false);
+}
+
+void LabelOracle::add(const Voxel& voxel, const OraclePoint& point, double amount, bool counts,
+                      bool doubtful) {
+  const std::map<int, double> all{{point.component, 1.0}};
+  for (const auto& [component, share] : point.shares.empty() ? all : point.shares) {
+    OracleCount& entry = voxels_[voxel][component];
+    if (counts) entry.sum += share * amount;
+    ++(doubtful ? entry.doubtful : entry.added);
+  }
 }
 
 void LabelOracle::contribute(const Voxel& voxel, const OraclePoint& point, double length_m) {
@@ -76,9 +84,7 @@ void LabelOracle::contribute(const Voxel& voxel, const OraclePoint& point, doubl
   const bool doubtful = lift > 0.0 && r < 1.0 + kDoubt && std::abs(k - cut) < kDoubt;
   const bool counts = k >= cut && k > 0.0;
   if (!doubtful && !counts) return;
-  OracleCount& entry = voxels_[voxel][point.component];
-  if (counts) entry.sum += k;
-  ++(doubtful ? entry.doubtful : entry.added);
+  add(voxel, point, k, counts, doubtful);
 }
 
 void LabelOracle::spread(const OraclePoint& point) {

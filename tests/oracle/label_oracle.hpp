@@ -19,7 +19,9 @@ using Voxel = std::array<std::int64_t, 3>;
 struct OraclePoint {
   std::array<double, 3> p{};
   double weight = 1.0;
-  int component = 0;
+  int component = 0;  ///< The best of its labels.
+  /// What each component has of the weight, 1 in all; empty: component has all of it.
+  std::map<int, double> shares{};
 };
 
 /// k_0 for eps_0 = 1, r = d / D.
@@ -51,6 +53,8 @@ class LabelOracle {
 
  private:
   using Blocks = std::map<Voxel, std::vector<OraclePoint>>;
+  /// Adds a contribution of a point to all that its labels name.
+  void add(const Voxel& voxel, const OraclePoint& point, double amount, bool counts, bool doubtful);
   void count(const OraclePoint& point);
   void spread(const OraclePoint& point);
   void infer_blocks(const Blocks& blocks);

@@ -15,6 +15,7 @@ struct Run {
   double resolution_m = 0.1;
   int scans = 2;
   CloudOptions cloud{};
+  bool shares_labels = false;
 };
 
 InferenceConfig labels_only(InferenceMode mode) {
@@ -39,7 +40,8 @@ void check_agreement(const Run& run, std::uint64_t seed, LabelOracle& oracle) {
   Random random(announce_seed(seed));
   Mapper mapper(uncapped_map(run.resolution_m), run.config, run.cloud.classes);
   for (int scan = 0; scan < run.scans; ++scan) {
-    const Cloud cloud = random_cloud(random, run.cloud);
+    Cloud cloud = random_cloud(random, run.cloud);
+    if (run.shares_labels) share_labels(random, run.cloud.classes, cloud);
     const ScanReport report =
         mapper.integrate(cloud, run.cloud.on_borders ? pose_of(0) : pose_of(scan));
     REQUIRE(report.admitted == cloud.size());
@@ -133,6 +135,20 @@ TEST_CASE("multi-entropy: lengths, smoothing and filling follow the scan's entro
   check_agreement(run, 301, oracle);
   CHECK(oracle.filled() > 20);
   CHECK(oracle.smoothed() > 20);
+}
+
+TEST_CASE("labels with weights: each has its share of what the point contributes") {
+  const auto mode =
+      GENERATE(InferenceMode::kCounting, InferenceMode::kKernel, InferenceMode::kMultiEntropy);
+  const int edge = mode == InferenceMode::kMultiEntropy ? GENERATE(1, 2, 4) : 2;
+  const float min_weight = GENERATE(1.0F / 4096.0F, 0.0F);
+  CAPTURE(to_string(mode), edge, min_weight);
+  Run run{.config = labels_only(mode), .scans = 3, .shares_labels = true};
+  run.config.entropy.block_edge = edge;
+  run.config.min_weight = min_weight;
+  run.cloud.points = mode == InferenceMode::kKernel ? 300 : 1200;
+  run.cloud.weighted = edge == 2;
+  check_agreement(run, 311);
 }
 
 TEST_CASE("multi-entropy: other constants") {

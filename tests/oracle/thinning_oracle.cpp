@@ -35,7 +35,14 @@ std::map<Voxel, OraclePoint> thin_by_cell(const std::vector<OraclePoint>& points
   std::map<Voxel, std::vector<OraclePoint>> cells;
   for (const OraclePoint& point : points) cells[cell_of(point.p, cell_m)].push_back(point);
   std::map<Voxel, OraclePoint> result;
-  for (const auto& [cell, members] : cells) result[cell] = merge(members, unlabelled, rule);
+  for (const auto& [cell, members] : cells) {
+    result[cell] = merge(members, unlabelled, rule);
+    for (const OraclePoint& member : members) {
+      if (member.component != result[cell].component) continue;
+      result[cell].shares = member.shares;
+      break;
+    }
+  }
   return result;
 }
 

@@ -37,7 +37,7 @@ def command():
 def street(command, tmp_path_factory):
     """A folder with robot_0 and robot_1: two scans each."""
     folder = tmp_path_factory.mktemp("street")
-    command("simulate", "--robots", 2, "--scans", 2, "--seed", 3, "--out", folder)
+    command("simulate", "--robots", 2, "--scans", 2, "--seed", 3, "--topk", 3, "--out", folder)
     return folder
 
 
@@ -45,7 +45,8 @@ def map_of(dataset, **arguments):
     """A map of all scans, and the reports."""
     chosen = {"classes": dataset.classes, "resolution_m": RESOLUTION_M, "memory_bytes": MEMORY_BYTES, **arguments}
     made = tessera.LocalMap(**chosen)
-    return made, [made.integrate(scan.points, scan.components, scan.T_map_sensor) for scan in dataset]
+    return made, [made.integrate(scan.points, scan.components, scan.T_map_sensor, label_weights=scan.label_weights)
+                  for scan in dataset]
 
 
 def sharer_of(robot, **arguments):

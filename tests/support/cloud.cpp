@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <iostream>
+#include <utility>
 
 namespace tessera::oracle {
 
@@ -44,6 +45,24 @@ Cloud random_cloud(Random& random, const CloudOptions& options) {
     }
   }
   return cloud;
+}
+
+void share_labels(Random& random, int classes, Cloud& cloud) {
+  const std::vector<std::uint8_t> given = std::move(cloud.components);
+  cloud.components.clear();
+  cloud.labels_per_point = kMostLabels;
+  for (const std::uint8_t component : given) {
+    const int kind = random.below(10);
+    const int first = kind < 2 ? 255 : kind == 2 ? 0 : random.below(256);
+    const int second = kind == 2 ? 0 : random.below(256 - first);
+    const int third = kind == 2 ? 0 : random.below(256 - first - second);
+    const auto any = static_cast<std::uint8_t>(1 + random.below(classes + 1));
+    const auto other = static_cast<std::uint8_t>(1 + random.below(classes));
+    for (const std::uint8_t label : {component, any, kind == 3 ? component : other})
+      cloud.components.push_back(label);
+    for (const int weight : {first, second, third})
+      cloud.label_weights.push_back(static_cast<std::uint8_t>(weight));
+  }
 }
 
 std::uint64_t announce_seed(std::uint64_t seed) {

@@ -11,13 +11,15 @@
 
 namespace tessera::oracle {
 
-/// A labelled cloud in the sensor frame; weights empty: all 1.
+/// A labelled cloud in the sensor frame; weights empty: all 1; label_weights empty: one label each.
 struct Cloud {
   std::vector<float> xyz;
   std::vector<std::uint8_t> components;
   std::vector<float> weights;
+  std::vector<std::uint8_t> label_weights;
+  std::size_t labels_per_point = 1;
 
-  [[nodiscard]] std::size_t size() const { return components.size(); }
+  [[nodiscard]] std::size_t size() const { return components.size() / labels_per_point; }
   void add(double x, double y, double z, int component) {
     for (const double c : {x, y, z}) xyz.push_back(static_cast<float>(c));
     components.push_back(static_cast<std::uint8_t>(component));
@@ -33,7 +35,9 @@ struct Cloud {
             .stride_floats = 3,
             .count = size(),
             .components = components.data(),
-            .weights = weights.empty() ? nullptr : weights.data()};
+            .weights = weights.empty() ? nullptr : weights.data(),
+            .labels_per_point = labels_per_point,
+            .label_weights = label_weights.empty() ? nullptr : label_weights.data()};
   }
 };
 
@@ -47,6 +51,10 @@ struct CloudOptions {
   bool weighted = false;     ///< Weights from 0 (a twentieth of the points) to 2, else all 1.
   bool on_borders = false;   ///< Coordinates at whole multiples of a decimetre.
 };
+
+/// The same points with three labels each: the given one, and two of any classes. Some have all of
+/// their weight on the first, some none on any, some twice the same; of the rest part is left.
+void share_labels(Random& random, int classes, Cloud& cloud);
 
 /// Clusters and sheets of points, so that classes meet, blocks stay empty between others, and
 /// densities differ.

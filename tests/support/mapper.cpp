@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/mapper.hpp"
 
+#include <array>
 #include <bit>
 #include <map>
 #include <stdexcept>
@@ -53,6 +54,17 @@ std::vector<OraclePoint> Mapper::admitted() const {
   for (const ScanPoint& point : integrator().admitted()) {
     const Point3d p = point.p_map.cast<double>();
     points.push_back({{p.x(), p.y(), p.z()}, static_cast<double>(point.weight), point.component});
+    if (point.has_one_label()) continue;
+    std::map<int, double>& shares = points.back().shares;
+    double left = 1.0;
+    const std::array<int, 3> labels{point.component, point.second, point.third};
+    for (std::size_t j = 0; j < labels.size(); ++j) {
+      const double share = ((point.label_weights >> (8 * j)) & 0xffU) / 255.0;
+      if (share == 0.0) continue;
+      shares[labels[j]] += share;
+      left -= share;
+    }
+    if (left > 1e-9) shares[map().classes().unlabelled()] += left;
   }
   return points;
 }

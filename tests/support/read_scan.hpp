@@ -14,6 +14,7 @@ struct ReadScan : RegistrationRecord {
   int number = 0;
   std::vector<float> points_xyzi;  ///< x y z alone of depth images.
   std::vector<std::uint8_t> components;
+  std::vector<std::uint8_t> label_weights;
   UnknownRawIds unknown;
   Matrix34d T_map_sensor = Matrix34d::Identity();
 
@@ -30,7 +31,10 @@ inline Outcome<ReadScan> read_scan(const RecordedScans& scans, std::size_t i) {
   static_cast<RegistrationRecord&>(scan) = reader->registration();
   scan.number = reader->scan().number;
   scan.points_xyzi.assign(view->points, view->points + view->count * view->stride_floats);
-  scan.components.assign(view->components, view->components + view->count);
+  const std::size_t labels = view->count * view->labels_per_point;
+  scan.components.assign(view->components, view->components + labels);
+  if (view->label_weights != nullptr)
+    scan.label_weights.assign(view->label_weights, view->label_weights + labels);
   scan.unknown = reader->scan().unknown;
   scan.T_map_sensor = view->T_map_sensor;
   return scan;

@@ -10,7 +10,7 @@ import time
 GROUP = ("239.255.76.68", 7668)
 # As lcm-gen makes them of lcmtypes/: the hash of a type without other types in it, turned left by one bit.
 FINGERPRINTS = {name: (base << 1 | base >> 63) & (1 << 64) - 1
-                for name, base in (("TESSERA_SEMANTIC_CLOUD", 0x189FB50937169A34), ("TESSERA_POSE", 0x97DC84AD85C7227D),
+                for name, base in (("TESSERA_SEMANTIC_CLOUD", 0x25BAE4C85472FFC2), ("TESSERA_POSE", 0x97DC84AD85C7227D),
                                    ("TESSERA_CLOUD", 0xB94E99DCCF6D86E6), ("TESSERA_LABEL_IMAGE", 0x7F5B86036D7B100D))}
 WALL_AT_M, WALL_CLASS = 5.1, 13
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -63,7 +63,7 @@ class Sensors(threading.Thread):
         if component is None:
             self.send("TESSERA_CLOUD", struct.pack(f">qiiiii{3 * count}f", stamp_us, 0, count, 3 * count, 0, 0, *flat))
         else:
-            self.send("TESSERA_SEMANTIC_CLOUD", struct.pack(f">qiiiiii{3 * count}f", stamp_us, 0, count, 3 * count, 0, 0, 0, *flat) +
+            self.send("TESSERA_SEMANTIC_CLOUD", struct.pack(f">qiiiiiiii{3 * count}f", stamp_us, 0, count, 3 * count, count, 0, 0, 0, 0, *flat) +
                       bytes([component]) * count)
         return stamp_us
 

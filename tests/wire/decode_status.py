@@ -12,9 +12,11 @@ import sys
 
 from wire_trust import Refused, check, is_signature
 
-TYPED = 336
+TYPED = 436
 COUNTERS, OWN_COUNTERS = 30, 9
-EXCLUDE_DIGEST_AT = TYPED - 8 * (COUNTERS + 1)
+DOUBTED = 8
+DOUBTED_AT = TYPED - 8 * COUNTERS - 12 * DOUBTED - 4
+EXCLUDE_DIGEST_AT = DOUBTED_AT - 8
 
 
 def read_status(data, key, mission, public_keys):
@@ -25,14 +27,15 @@ def read_status(data, key, mission, public_keys):
         tags = hashlib.blake2b(b"tessera 2 status tag" + name, digest_size=32, key=key).digest()
         check(hashlib.blake2b(data[:-16], digest_size=16, key=tags).digest() == data[-16:], "tag")
     version, robot = struct.unpack_from(">2i", data, 8)
-    check(version == 4, "version")
+    check(version == 5, "version")
     session, sequence = struct.unpack_from("<QI", data, TYPED)
     if public_keys:
         value = hashlib.blake2b(b"tessera 2 mission" + name, digest_size=16).digest()
         check(robot in public_keys, "a robot without a key")
         check(is_signature(public_keys[robot], value + b"tessera 2 status" + data[:TYPED + 12], data[TYPED + 12:TYPED + 76]), "signature")
     counters = struct.unpack_from(f">{COUNTERS}q", data, TYPED - 8 * COUNTERS)
-    return {"robot": robot, "session": session, "sequence": sequence, "twins": counters[27:29], "conflicts": counters[29],
+    doubted, *named = struct.unpack_from(f">{1 + DOUBTED}i{DOUBTED}q", data, DOUBTED_AT)
+    return {"robot": robot, "doubted": dict(list(zip(named[:DOUBTED], named[DOUBTED:]))[:doubted]), "session": session, "sequence": sequence, "twins": counters[27:29], "conflicts": counters[29],
             "exclude_digest": struct.unpack_from(">q", data, EXCLUDE_DIGEST_AT)[0]}
 
 
@@ -48,7 +51,8 @@ def main(path):
     words = dict(line.split(" ", 1) for line in pathlib.Path(path).read_text().splitlines())
     key, mission = bytes.fromhex(words["key"]), words["mission"].encode()
     public_keys = {2: bytes.fromhex(words["public"])}
-    wanted = {"robot": 2, "session": 0x0123456789abcdef, "sequence": 0xfedcba98, "twins": (17, 19), "conflicts": 23, "exclude_digest": 0xfedcba98}
+    wanted = {"robot": 2, "session": 0x0123456789abcdef, "sequence": 0xfedcba98, "twins": (17, 19), "conflicts": 23, "exclude_digest": 0xfedcba98,
+              "doubted": {5: 0b1010, 9: 1 << 62}}
     for mode, keys in (("none", (None, b"", None)), ("key", (key, mission, None)), ("signatures", (key, mission, public_keys))):
         data = bytes.fromhex(words["status_" + mode])
         assert read_status(data, *keys) == wanted, mode

@@ -48,6 +48,11 @@ void record(std::FILE* file, const std::string& mode, const std::string& folder)
   message.version = kStatusVersion;
   message.robot = static_cast<std::int32_t>(kRobot);
   message.exclude_digest = 0xfedcba98U;
+  message.doubted = 2;
+  message.doubted_robot[0] = 5;
+  message.doubted_classes[0] = 0b1010;
+  message.doubted_robot[1] = 9;
+  message.doubted_classes[1] = std::int64_t{1} << 62;
   message.counters[kLinkCounters + NodeState::kOwnTwins] = 17;
   message.counters[kLinkCounters + NodeState::kOtherTwins] = 19;
   message.counters[kLinkCounters + NodeState::kConflicts] = 23;

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "tessera/base/internal/put_in_place.hpp"
+#include "tessera/registration/point_labels.hpp"
 
 using namespace tessera;
 using namespace tessera::c_interface;
@@ -116,6 +117,13 @@ tessera_status tessera_used_bytes(const tessera_robot* robot, uint64_t* bytes) {
   return TESSERA_OK;
 }
 
+tessera_status tessera_label_weights(const float* probabilities, uint32_t labels,
+                                     uint8_t* weights) {
+  if (labels > kMostLabels || (labels > 0 && (probabilities == nullptr || weights == nullptr)))
+    return TESSERA_INVALID_ARGUMENT;
+  return status_of(quantise_label_weights({probabilities, labels}, {weights, labels}));
+}
+
 tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
                                  tessera_scan_report* report) {
   if (!is_robot(robot) || (report != nullptr && !can_fill(report))) return TESSERA_INVALID_ARGUMENT;
@@ -125,7 +133,10 @@ tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
     return status_of(status);
   const bool points = given.stride_floats >= 3 && (given.count == 0 || given.points != nullptr) &&
                       given.count <= UINT32_MAX;
-  if (!points || !is_time(given.now_us) || !is_time(given.due_us) ||
+  const std::uint32_t labels = given.labels_per_point == 0 ? 1 : given.labels_per_point;
+  const bool labelled = labels <= kMostLabels && (labels == 1 || given.label_weights != nullptr) &&
+                        (given.label_weights == nullptr || given.components != nullptr);
+  if (!points || !labelled || !is_time(given.now_us) || !is_time(given.due_us) ||
       (given.due_us != 0 && robot->callbacks.now_us == nullptr))
     return TESSERA_INVALID_ARGUMENT;
   const ScanView view{.T_map_sensor = matrix_of(given.T_map_sensor),
@@ -135,7 +146,9 @@ tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
                       .components = given.components,
                       .weights = given.weights,
                       .T_body_sensor = matrix_or_identity(given.T_body_sensor),
-                      .no_return = given.no_return};
+                      .no_return = given.no_return,
+                      .labels_per_point = labels,
+                      .label_weights = given.label_weights};
   Robot& core = *robot->robot;
   const ScanReport from = given.due_us == 0
                               ? core.integrate(view, given.now_us)

@@ -125,7 +125,7 @@ bool Integrator::register_scan(const LocalMap& map, const ScanView& scan,
   const auto unlabelled = static_cast<std::uint8_t>(map.classes().unlabelled());
   points_.register_returns(map.lattice(), scan, config_, unlabelled, work_, report);
   if (work_.cut()) return false;
-  points_.thin(map.lattice(), config_, unlabelled);
+  points_.thin(map.lattice(), scan, config_, unlabelled);
   report.thinned = static_cast<std::uint32_t>(admitted().size());
   const double resolution_m = map.lattice().resolution_m();
   reach_ = kernel_reach(config_, resolution_m, points_.largest_weight());
@@ -207,7 +207,11 @@ bool Integrator::within_limit(ScanReport& report) noexcept {
 }
 
 void Integrator::begin_scratch(const LocalMap& map) noexcept {
-  scratch_.tiles.reset(unit_edge_of(config_));
+  const bool compact = map.config().tuple == TuplePolicy::kCompact;
+  const auto unlabelled = static_cast<std::uint8_t>(map.classes().unlabelled());
+  scratch_.tiles.reset(unit_edge_of(config_), compact
+                                                  ? RestOfLabels{0, CompactTuple::kLeastLabelWeight}
+                                                  : RestOfLabels{unlabelled, 0});
   if (config_.free_space.enabled)
     scratch_.free_space.begin(config_.free_space, map.lattice(), points_.origin_map());
 }

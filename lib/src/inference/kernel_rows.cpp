@@ -26,7 +26,8 @@ class RowOfFours {
         weight_scale_(rows.weight_scale),
         inverse_square_(rows.inverse_square),
         square_radius_(padded(rows.radius) * padded(rows.radius)),
-        least_(all_lanes(rows.least)) {}
+        least_(all_lanes(rows.least)),
+        least_share_(all_lanes(rows.least_share)) {}
 
   [[nodiscard]] static bool beyond(Float4 from, Float4 to, Float4 size) noexcept {
     return any((to < all_lanes(0.0F)) | (from >= size));
@@ -70,10 +71,10 @@ class RowOfFours {
     high_inside_ = kHighCenters < all_lanes(columns_ - from);
   }
 
-  void add(int row, float* at) noexcept {
+  void add(int row, const RowPlanes& planes, std::ptrdiff_t offset) noexcept {
     const float dyz = dyz_[static_cast<std::size_t>(row)];
-    if (dyz <= low_reach_) add_four(low_square_ + dyz, low_inside_, at);
-    if (dyz <= high_reach_) add_four(high_square_ + dyz, high_inside_, at + 4);
+    if (dyz <= low_reach_) add_four(low_square_ + dyz, low_inside_, planes, offset);
+    if (dyz <= high_reach_) add_four(high_square_ + dyz, high_inside_, planes, offset + 4);
   }
 
   [[nodiscard]] std::uint64_t updates() const noexcept {
@@ -83,11 +84,22 @@ class RowOfFours {
   }
 
  private:
-  void add_four(Float4 square, Int4 inside, float* at) noexcept {
+  void add_four(Float4 square, Int4 inside, const RowPlanes& planes,
+                std::ptrdiff_t offset) noexcept {
     const Float4 k = weight_ * Kernel::at(square * inverse_square_);
     const Int4 counted = (k >= least_) & inside;
-    store4(at, load4(at) + keep(counted, k));  // eq. (7)
+    const Float4 kept = keep(counted, k);
     updates_ -= counted;
+    if (planes.labels == 0) {
+      float* const at = planes.first + offset;
+      store4(at, load4(at) + kept);  // eq. (7)
+      return;
+    }
+    for (int j = 0; j < planes.labels; ++j) {
+      float* const at = planes.of_label[j] + offset;
+      const Float4 share = kept * planes.share[j];
+      store4(at, load4(at) + keep(share >= least_share_, share));
+    }
   }
 
   Float4 corner_;
@@ -100,6 +112,7 @@ class RowOfFours {
   float inverse_square_;
   float square_radius_;
   Float4 least_;
+  Float4 least_share_;
   float weight_ = 0.0F;
   float x_ = 0.0F;
   Float4 y_low_square_{};

@@ -35,6 +35,7 @@ struct KernelRows {
   float weight_scale = 1.0F;
   float inverse_square = 0.0F;  ///< 1 / D^2.
   float least = 0.0F;           ///< The least contribution that counts, above zero.
+  float least_share = 0.0F;     ///< The least of a label's share of it that does.
   float* planes = nullptr;      ///< kStripPlane sums for each component.
   /// Of each component and tile, the rows that something may have been added to; bits are set.
   std::uint64_t* touched = nullptr;
@@ -44,6 +45,19 @@ struct KernelRowsDone {
   std::uint64_t updates = 0;
   std::uint64_t evaluations = 0;
   std::uint64_t components = 0;  ///< A bit each.
+};
+
+/// Label weight of a point with one label (ScanPoint::label_weights).
+inline constexpr std::uint32_t kAllOfPoint = 255;
+/// The planes that a point adds to, and how much of what it contributes.
+struct RowPlanes {
+  float* first = nullptr;  ///< All of it, if labels is 0.
+  int labels = 0;
+  // Not std::array, whose operator is an inline function.
+  // NOLINTBEGIN(cppcoreguidelines-avoid-c-arrays)
+  float* of_label[4]{};
+  float share[4]{};
+  // NOLINTEND(cppcoreguidelines-avoid-c-arrays)
 };
 
 /// Adds to the planes and to what is done. For each point 64 rows are looked at, and those in reach
@@ -76,7 +90,7 @@ using AddKernelRows = void (*)(const KernelRows& rows, KernelRowsDone& done) noe
 ///   place(point, square reach): how far in y and z together a row may be;
 ///   within(z): bits of the rows y of slice z within that; keeps their squared distances for
 ///   at(column): the first of the eight, not after the last one of the strip;
-///   add(row, sums): adds eq. (7) to a row's;
+///   add(row, planes, offset): adds eq. (7) to a row's sums, at an offset in each plane;
 ///   updates(): contributions counted.
 template <class Row>
 [[gnu::always_inline]] inline void add_rows(const KernelRows& rows, KernelRowsDone& done) noexcept {
@@ -102,23 +116,31 @@ template <class Row>
     for (int z = 0; z < kRowVoxels; ++z)
       touched |= std::uint64_t{row.within(z)} << static_cast<unsigned>(kRowVoxels * z);
     if (touched == 0) continue;
-    float* const plane = rows.planes + std::ptrdiff_t{point.component} * kStripPlane;
+    RowPlanes planes{.first = rows.planes + std::ptrdiff_t{point.component} * kStripPlane};
+    if (point.label_weights != kAllOfPoint) {
+      for_labels(point, [&](std::uint8_t component, std::uint8_t label_weight) {
+        planes.of_label[planes.labels] = rows.planes + std::ptrdiff_t{component} * kStripPlane;
+        planes.share[planes.labels++] = share_of(label_weight);
+      });
+    }
     std::uint64_t evaluated = 0;
     for (int column = first; column <= last; column += kRowVoxels) {
       row.at(column);
       evaluated = 0;
       for (std::uint64_t left = touched; left != 0; left &= left - 1) {
         const int at = __builtin_ctzll(left);
-        row.add(at, plane + std::ptrdiff_t{at} * kStripRow + column);
+        row.add(at, planes, std::ptrdiff_t{at} * kStripRow + column);
         ++evaluated;
       }
     }
     // Of the voxels, not of the lanes: the same in every width.
     done.evaluations += evaluated * static_cast<std::uint64_t>(last - first + 1);
-    done.components |= std::uint64_t{1} << point.component;
-    std::uint64_t* const of_tiles = rows.touched + std::ptrdiff_t{point.component} * kStripTiles;
-    for (int tile = first / kRowVoxels; tile <= last / kRowVoxels; ++tile)
-      of_tiles[tile] |= touched;
+    for_labels(point, [&](std::uint8_t component, std::uint8_t) {
+      done.components |= std::uint64_t{1} << component;
+      std::uint64_t* const of_tiles = rows.touched + std::ptrdiff_t{component} * kStripTiles;
+      for (int tile = first / kRowVoxels; tile <= last / kRowVoxels; ++tile)
+        of_tiles[tile] |= touched;
+    });
   }
   done.updates += row.updates();
 }

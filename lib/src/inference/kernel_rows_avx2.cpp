@@ -25,7 +25,8 @@ class RowOfEight {
         columns_(rows.columns),
         weight_scale_(rows.weight_scale),
         inverse_square_(rows.inverse_square),
-        least_(rows.least) {}
+        least_(rows.least),
+        least_share_(rows.least_share) {}
 
   [[nodiscard]] static bool beyond(Float4 from, Float4 to, Float4 size) noexcept {
     const Int4 out = (to < Float4{}) | (from >= size);
@@ -61,21 +62,21 @@ class RowOfEight {
     inside_ = kCenters < Float8{} + (columns_ - from);
   }
 
-  void add(int row, float* at) noexcept {
+  void add(int row, const RowPlanes& planes, std::ptrdiff_t offset) noexcept {
     const Float8 s = (square_ + dyz_[row]) * inverse_square_;
     const Float8 r = __builtin_ia32_sqrtps256(__builtin_ia32_minps256(s, Float8{} + 1.0F));
     const Float8 k = weight_ * Kernel::of_distance(r);
     const Int8 counted = (k >= least_) & inside_;
-    Int8 bits;
-    __builtin_memcpy(&bits, &k, sizeof(bits));
-    bits &= counted;
-    Float8 kept;
-    __builtin_memcpy(&kept, &bits, sizeof(kept));
-    Float8 sums;
-    __builtin_memcpy(&sums, at, sizeof(sums));
-    sums += kept;  // eq. (7)
-    __builtin_memcpy(at, &sums, sizeof(sums));
+    const Float8 kept = keep_of(counted, k);
     updates_ -= counted;
+    if (planes.labels == 0) {
+      add_to(planes.first + offset, kept);
+      return;
+    }
+    for (int j = 0; j < planes.labels; ++j) {
+      const Float8 share = kept * planes.share[j];
+      add_to(planes.of_label[j] + offset, keep_of(share >= Float8{} + least_share_, share));
+    }
   }
 
   [[nodiscard]] std::uint64_t updates() const noexcept {
@@ -85,6 +86,21 @@ class RowOfEight {
   }
 
  private:
+  [[gnu::always_inline]] static Float8 keep_of(Int8 mask, Float8 values) noexcept {
+    Int8 bits;
+    __builtin_memcpy(&bits, &values, sizeof(bits));
+    bits &= mask;
+    Float8 kept;
+    __builtin_memcpy(&kept, &bits, sizeof(kept));
+    return kept;
+  }
+  [[gnu::always_inline]] static void add_to(float* at, Float8 more) noexcept {
+    Float8 sums;
+    __builtin_memcpy(&sums, at, sizeof(sums));
+    sums += more;  // eq. (7)
+    __builtin_memcpy(at, &sums, sizeof(sums));
+  }
+
   static constexpr Float8 kCenters{0.5F, 1.5F, 2.5F, 3.5F, 4.5F, 5.5F, 6.5F, 7.5F};
 
   Float8 y_centers_;  ///< In the points' tile.
@@ -105,6 +121,7 @@ class RowOfEight {
   float weight_scale_;
   float inverse_square_;
   float least_;
+  float least_share_;
   float x_ = 0.0F;
 };
 

@@ -74,6 +74,7 @@ void KernelStrip::add_points(std::span<const TilePoint> points, const std::array
                   .weight_scale = kernel.scale,
                   .inverse_square = kernel.inverse_square,
                   .least = least_counted(kernel.min_weight),
+                  .least_share = kLeastCount,
                   .planes = planes_->sums.data(),
                   .touched = planes_->touched.data()};
   KernelRowsDone done;
@@ -104,7 +105,8 @@ BlockEvidence KernelStrip::sums(int tile) const noexcept {
           .component = kStripPlane,
           .components = components_,
           .touched = planes_->touched.data() + t,
-          .touched_stride = kTiles};
+          .touched_stride = kTiles,
+          .has_rest = (components_ & 1U) != 0};
 }
 
 }  // namespace tessera

@@ -10,6 +10,7 @@
 #include "tessera/inference/internal/kernel_reach.hpp"
 #include "tessera/inference/internal/teammate_filter.hpp"
 #include "tessera/inference/internal/thinning.hpp"
+#include "tessera/registration/point_labels.hpp"
 
 namespace tessera {
 
@@ -195,6 +196,8 @@ void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
   report.over_capacity = static_cast<std::uint32_t>(scan.count - kept);
   const Limits limits(config, lattice, origin_map_, scan);
   report.teammates = limits.teammates();
+  const PointLabeller labeller(scan, unlabelled);
+  const bool weighted = labeller.weighted();
   for (std::uint64_t k = 0; k < kept; ++k) {
     if (k % kReturnBatch == 0 && !work.in_time()) {
       report = {.points = report.points,
@@ -213,16 +216,22 @@ void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
                         (fate == Fate::kOnTeammate && point.component == kSightEnds);
     if (is_ray && config.free_space.enabled) registered_[registered_.size() - ++far_count_] = point;
     if (fate != Fate::kInRange) continue;
-    const std::uint8_t component =
-        scan.components == nullptr ? std::uint8_t{0} : scan.components[i];
-    const bool known = component >= 1 && component < unlabelled;
-    point.component = known ? component : unlabelled;
-    report.unlabelled += known ? 0U : 1U;
+    Labelling labelling{};
+    if (weighted) {
+      labelling = labeller.label_best(i, point);
+      report.weighted_labels += point.has_one_label() ? 0U : 1U;
+      // Only the points that are left after thinning need their other labels.
+      point.label_weights = static_cast<std::uint32_t>(i);
+    } else {
+      labelling = labeller.label(i, point);
+    }
+    report.unlabelled += labelling == Labelling::kLabelled ? 0U : 1U;
+    report.wrong_labels += labelling == Labelling::kWrong ? 1U : 0U;
     registered_[registered_count_++] = point;
   }
 }
 
-void ScanPoints::thin(const Lattice& lattice, const InferenceConfig& config,
+void ScanPoints::thin(const Lattice& lattice, const ScanView& scan, const InferenceConfig& config,
                       std::uint8_t unlabelled) noexcept {
   const auto thin_or_copy = [&](std::span<const ScanPoint> from, std::span<ScanPoint> to) {
     if (config.thinning_m > 0.0)
@@ -232,6 +241,10 @@ void ScanPoints::thin(const Lattice& lattice, const InferenceConfig& config,
     return from.size();
   };
   admitted_count_ = thin_or_copy(registered_.first(registered_count_), thinned_);
+  if (const PointLabeller labeller(scan, unlabelled); labeller.weighted()) {
+    for (ScanPoint& point : thinned_.first(admitted_count_))
+      static_cast<void>(labeller.label(point.label_weights, point));
+  }
   rays_ = thinned_.subspan(admitted_count_);
   ray_count_ = thin_or_copy(registered_.last(far_count_), rays_);
   largest_weight_ = 0.0F;

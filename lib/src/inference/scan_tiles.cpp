@@ -16,6 +16,34 @@ float local_coordinate(double q, int corner, int voxel) noexcept {
   return moved ? std::bit_cast<float>(std::bit_cast<std::uint32_t>(rounded) - 1U) : rounded;
 }
 
+/// Gives a point of a tile the labels that are kept apart, and what they leave of one to rest.
+void take_labels(const ScanPoint& point, const RestOfLabels& rest, TilePoint& into) noexcept {
+  const std::uint32_t first = point.label_weights & 0xffU;
+  const std::uint32_t second = (point.label_weights >> 8U) & 0xffU;
+  const std::uint32_t third = point.label_weights >> 16U;
+  std::uint32_t named = point.component;
+  std::uint32_t weights = first;
+  std::uint32_t left = kOneLabel - first;
+  unsigned shift = 8;
+  const auto keep = [&](std::uint8_t component, std::uint32_t weight) {
+    if (weight == 0 || weight < rest.least_weight) return;
+    named |= std::uint32_t{component} << shift;
+    weights |= weight << shift;
+    left -= weight;
+    shift += 8;
+  };
+  keep(point.second, second);
+  keep(point.third, third);
+  if (left != 0) {
+    named |= std::uint32_t{rest.component} << shift;
+    weights |= left << shift;
+  }
+  into.second = static_cast<std::uint8_t>(named >> 8U);
+  into.third = static_cast<std::uint8_t>(named >> 16U);
+  into.fourth = static_cast<std::uint8_t>(named >> 24U);
+  into.label_weights = weights;
+}
+
 VoxelCoord voxel_at(const Point3d& q) noexcept {
   return {floor_to_int(q.x()), floor_to_int(q.y()), floor_to_int(q.z())};
 }
@@ -70,8 +98,9 @@ Result<ScanTiles> ScanTiles::make(Arena& arena, const ScanCapacity& capacity) no
   return result;
 }
 
-void ScanTiles::reset(int unit_edge) noexcept {
+void ScanTiles::reset(int unit_edge, const RestOfLabels& rest) noexcept {
   unit_edge_ = unit_edge;
+  rest_ = rest;
   index_.clear();
   tile_count_ = point_count_ = unit_count_ = 0;
 }
@@ -193,6 +222,7 @@ Status ScanTiles::append(std::size_t count, const Lattice& lattice, PointAt&& po
                                .z = local_coordinate(q.z(), corner.z, in_tile.z),
                                .weight = point.weight,
                                .component = point.component};
+    if (!point.has_one_label()) take_labels(point, rest_, points_[point_count_ - 1]);
   }
   return Status::kOk;
 }

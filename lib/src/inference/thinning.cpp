@@ -13,14 +13,18 @@ namespace tessera {
 
 namespace {
 
-/// The point that stands for a cell; member: one of its points. Rounding is monotone, so a mean
-/// lies between the members and is in the grid as they are.
+/// The point that stands for a cell, with the labels of one of its points. Rounding is monotone, so
+/// a mean lies between the members and is in the grid as they are.
 ScanPoint place_mean(const Lattice& lattice, const Point3d& mean, double weight,
-                     std::size_t component, const ScanPoint& member) noexcept {
+                     const ScanPoint& labelled) noexcept {
   const Result<ScanPoint> placed =
-      place_point(lattice, round_to_float(mean), static_cast<float>(weight),
-                  static_cast<std::uint8_t>(component));
-  return placed.ok() ? *placed : member;
+      place_point(lattice, round_to_float(mean), static_cast<float>(weight), labelled.component);
+  if (!placed.ok()) return labelled;
+  ScanPoint point = *placed;
+  point.second = labelled.second;
+  point.third = labelled.third;
+  point.label_weights = labelled.label_weights;
+  return point;
 }
 
 /// The mean of the members, all of one component.
@@ -35,8 +39,7 @@ ScanPoint merge_alike(std::span<const ScanPoint> points, std::span<const KeyedIn
   }
   const auto n = static_cast<double>(members.size());
   const double share = rule == ThinningWeight::kSum ? 1.0 : 1.0 / n;
-  const ScanPoint& first = points[members[0].index];
-  return place_mean(lattice, sum / n, weight * share, first.component, first);
+  return place_mean(lattice, sum / n, weight * share, points[members[0].index]);
 }
 
 /// The one point that stands for the cell's points, members[i].index in points.
@@ -75,7 +78,11 @@ ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedInd
   const auto n = static_cast<double>(members.size());
   const double share =
       rule == ThinningWeight::kSum ? 1.0 : 1.0 / static_cast<double>(count[winner]);
-  return place_mean(lattice, sum / n, weight[winner] * share, winner, first);
+  const auto has_it = [&](const KeyedIndex& member) {
+    return points[member.index].component == winner;
+  };
+  return place_mean(lattice, sum / n, weight[winner] * share,
+                    points[std::ranges::find_if(members, has_it)->index]);
 }
 
 /// Keys that sort cells by cubes of eight cells a side, in these by cubes of two, each in (z, y, x)

@@ -38,6 +38,9 @@ class Contribution {
   Float4 least_;
 };
 
+/// Of a share of what is counted, what is a count.
+Float4 counts_of(Float4 share) noexcept { return keep(share >= all_lanes(kLeastCount), share); }
+
 Int4 lanes_of(unsigned voxels) noexcept {
   const auto lane = [voxels](unsigned v) { return -static_cast<std::int32_t>((voxels >> v) & 1U); };
   return Int4{lane(0), lane(1), lane(2), lane(3)};
@@ -95,9 +98,21 @@ void add_points(std::span<const TilePoint> points, const Point3f& shift, const O
     high_counted &= high_voxels;
     if (!any(low_counted | high_counted)) continue;
     updates -= low_counted + high_counted;
-    float* const plane = into.plane(point.component).data();
-    store4(plane, load4(plane) + keep(low_voxels, low));  // eq. (7)
-    store4(plane + 4, load4(plane + 4) + keep(high_voxels, high));
+    const Float4 kept_low = keep(low_voxels, low);
+    const Float4 kept_high = keep(high_voxels, high);
+    const auto add = [&](std::uint8_t component, Float4 to_low, Float4 to_high) {
+      float* const plane = into.plane(component).data();
+      store4(plane, load4(plane) + to_low);  // eq. (7)
+      store4(plane + 4, load4(plane + 4) + to_high);
+    };
+    if (point.label_weights == kOneLabel) {
+      add(point.component, kept_low, kept_high);
+      continue;
+    }
+    for_labels(point, [&](std::uint8_t component, std::uint8_t label_weight) {
+      const float share = share_of(label_weight);
+      add(component, counts_of(kept_low * share), counts_of(kept_high * share));
+    });
   }
   work.evaluations += points.size() * static_cast<std::uint64_t>(count_ones(octet.voxels));
   work.updates += static_cast<std::uint64_t>(sum_of(updates));
@@ -109,8 +124,15 @@ void count_points(std::span<const TilePoint> points, const OctetPlace& octet, fl
     const std::size_t v = voxel_of(point, octet);
     ++work.evaluations;
     if (((octet.voxels >> v) & 1U) == 0 || !(point.weight >= least_counted(min_weight))) continue;
-    into.plane(point.component)[v] += point.weight;
     ++work.updates;
+    if (point.label_weights == kOneLabel) {
+      into.plane(point.component)[v] += point.weight;
+      continue;
+    }
+    for_labels(point, [&](std::uint8_t component, std::uint8_t label_weight) {
+      const float share = point.weight * share_of(label_weight);
+      if (share >= kLeastCount) into.plane(component)[v] += share;
+    });
   }
 }
 

@@ -120,8 +120,8 @@ Result<int> LocalMap::add_labels(SlabHandle handle, std::uint64_t octets,
   for (; octets != 0; octets &= octets - 1) {
     const int octet = std::countr_zero(octets);
     std::uint64_t& present = components[static_cast<std::size_t>(octet)];
-    present = added.components_of(octet) & ~std::uint64_t{1};
-    if (present != 0) wanted |= octets & (~octets + 1);
+    present = added.components_of(octet);
+    if ((present & ~std::uint64_t{1}) != 0) wanted |= octets & (~octets + 1);
   }
   if (wanted == 0) return 0;
   BlockEditor editor(*this, handle);

@@ -43,15 +43,20 @@ void CompactTuple::find_slot(Octet& octet, std::size_t voxel, std::uint32_t comp
 }
 
 // Loops over eight voxels without a branch, for the compiler's vectors.
-void CompactTuple::add_plane(Octet& octet, std::uint32_t component, const Plane& plane,
-                             Words& added) const noexcept {
+CompactTuple::Words CompactTuple::counts_of_plane(const Plane& plane) const noexcept {
   constexpr auto kMost = static_cast<float>(kMostCount);
-  std::array<std::uint32_t, kOctetVoxels> count{};
+  Words count{};
   for (std::size_t v = 0; v < kOctetVoxels; ++v) {
     const float exact = plane[v] * quanta_ + 0.5F;
     count[v] = static_cast<std::uint32_t>(static_cast<std::int32_t>(exact < kMost ? exact : kMost));
-    added[v] |= count[v];
   }
+  return count;
+}
+
+void CompactTuple::add_plane(Octet& octet, std::uint32_t component, const Plane& plane,
+                             Words& added) const noexcept {
+  Words count = counts_of_plane(plane);
+  for (std::size_t v = 0; v < kOctetVoxels; ++v) added[v] |= count[v];
   for (std::size_t s = 0; s < kSlots; ++s) {
     Words& words = octet.words[s];
     for (std::size_t v = 0; v < kOctetVoxels; ++v) {
@@ -65,6 +70,16 @@ void CompactTuple::add_plane(Octet& octet, std::uint32_t component, const Plane&
   }
   for (std::size_t v = 0; v < kOctetVoxels; ++v) {
     if (count[v] != 0) find_slot(octet, v, component, count[v]);
+  }
+}
+
+void CompactTuple::add_to_rests(Octet& octet, const Plane& plane, Words& added) const noexcept {
+  const Words counts = counts_of_plane(plane);
+  Words& rests = octet.words[kRest];
+  for (std::size_t v = 0; v < kOctetVoxels; ++v) {
+    added[v] |= counts[v];
+    const std::uint32_t room = kMostCount - (rests[v] & kMostCount);
+    rests[v] += counts[v] < room ? counts[v] : room;
   }
 }
 
@@ -88,6 +103,7 @@ CompactTuple::Plane CompactTuple::add_planes(std::byte* octet_bytes,
   Octet octet{};
   std::memcpy(&octet, octet_bytes, sizeof(octet));
   Words given{};
+  if (added.has_rest()) add_to_rests(octet, added.read(0), given);
   for (std::uint64_t rest = added.components() & ~std::uint64_t{1}; rest != 0; rest &= rest - 1) {
     const int component = std::countr_zero(rest);
     add_plane(octet, static_cast<std::uint32_t>(component), added.read(component), given);

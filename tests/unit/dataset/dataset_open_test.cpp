@@ -164,6 +164,26 @@ TEST_CASE("Dataset: trouble outside the chosen range does not matter") {
   CHECK(Dataset::open(sample.dir(), {.first = {}, .last = 1}).ok());
 }
 
+TEST_CASE("Dataset: labels with weights, of one number for every point of a folder") {
+  const SampleDataset sample;
+  for (int scan = 0; scan < 3; ++scan) {
+    const auto points = static_cast<std::size_t>(scan) + 1;
+    sample.write_weighted_labels("topk", scan, std::vector<std::uint32_t>(2 * points, 40));
+  }
+  const DatasetOptions topk{.first = {}, .last = {}, .labels = "topk"};
+  CHECK(Dataset::open(sample.dir(), topk)->weighted_labels() == 2);
+  CHECK(Dataset::open(sample.dir())->weighted_labels() == 0);
+  sample.write_weighted_labels("topk", 1, {40, 40});
+  CHECK_THAT(refusal(sample.dir(), topk),
+             Contains("2 with weights for each point of scan 0, and 1 of scan 1"));
+  for (const std::size_t labels : {0U, 1U, 3U, 5U, 7U, 8U, 10U}) {
+    sample.write_weighted_labels("topk", 1, std::vector<std::uint32_t>(labels, 40));
+    CHECK_THAT(refusal(sample.dir(), topk),
+               Contains("topk/000001.topk has " + std::to_string(labels) + " labels") &&
+                   Contains("2 points, of 1 to 3 labels each"));
+  }
+}
+
 TEST_CASE("Dataset: check_labels checks another folder as open does") {
   const SampleDataset sample;
   const Outcome<Dataset> dataset = Dataset::open(sample.dir());

@@ -35,6 +35,47 @@ TEST_CASE("Dataset::read: points, labels, pose and number of a scan") {
   CHECK(scan->unknown.points == 0);
 }
 
+TEST_CASE("Dataset::read: labels with weights, and the heaviest of them for eval") {
+  const SampleDataset sample;
+  constexpr auto label = [](std::uint32_t raw_id, std::uint32_t weight) {
+    return raw_id | (weight << 16U);
+  };
+  // A car or a truck; a road twice; an id that is in no class; no weight at all; too much of it.
+  sample.write_points(1, std::vector<float>(20, 1.0F));
+  sample.write_weighted_labels(
+      "topk", 1,
+      {label(10, 100), label(18, 155), label(40, 60), label(40, 50), label(7, 20), label(10, 10),
+       label(7, 0), label(10, 0), label(10, 200), label(18, 56)});
+  const DatasetOptions options{.first = 1, .last = 1, .labels = "topk"};
+  const Outcome<Dataset> dataset = Dataset::open(sample.dir(), options);
+  REQUIRE(dataset.ok());
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 0);
+  REQUIRE(scan.ok());
+  const auto as_ints = [](const std::vector<std::uint8_t>& bytes) {
+    return std::vector<int>(bytes.begin(), bytes.end());
+  };
+  CHECK(as_ints(scan->components) == std::vector<int>{1, 4, 9, 9, 20, 1, 20, 1, 1, 4});
+  CHECK(as_ints(scan->label_weights) == std::vector<int>{100, 155, 60, 50, 20, 10, 0, 0, 200, 56});
+  CHECK(scan->unknown.points == 1);  // Without a weight it is no label.
+  std::vector<std::uint8_t> best(5);
+  const Outcome<UnknownRawIds> unknown = dataset->read_labels(0, "topk", best);
+  REQUIRE(unknown.ok());
+  CHECK(as_ints(best) == std::vector<int>{4, 9, 20, 20, 1});
+}
+
+TEST_CASE("Dataset::read: a label's weight above one is told with its place") {
+  const SampleDataset sample;
+  sample.write_points(0, std::vector<float>(8, 1.0F));
+  sample.write_weighted_labels("topk", 0, {40 | (255U << 16U), 40 | (256U << 16U)});
+  const Outcome<Dataset> dataset =
+      Dataset::open(sample.dir(), {.first = 0, .last = 0, .labels = "topk"});
+  REQUIRE(dataset.ok());
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 0);
+  REQUIRE_FALSE(scan.ok());
+  CHECK_THAT(scan.failure().text(), Contains("topk/000000.topk gives a label of point 1 the weight "
+                                             "256; weights are in 255ths, 0 to 255"));
+}
+
 TEST_CASE("Dataset::read: an empty scan has no points") {
   const SampleDataset sample;
   sample.write_points(1, {});

@@ -43,6 +43,11 @@ void SampleDataset::write_labels(const std::string& folder, int scan,
   folder_.write(scan_name(folder, scan, ".label"), as_text(labels));
 }
 
+void SampleDataset::write_weighted_labels(const std::string& folder, int scan,
+                                          const std::vector<std::uint32_t>& labels) const {
+  folder_.write(scan_name(folder, scan, ".topk"), as_text(labels));
+}
+
 void SampleDataset::remove(const std::string& name) const {
   std::filesystem::remove_all(folder_.path() / name);
 }

@@ -23,6 +23,8 @@ class SampleDataset {
   [[nodiscard]] const TemporaryFolder& folder() const { return folder_; }
   void write_points(int scan, const std::vector<float>& points_xyzi) const;
   void write_labels(const std::string& folder, int scan, const std::vector<std::uint32_t>&) const;
+  void write_weighted_labels(const std::string& folder, int scan,
+                             const std::vector<std::uint32_t>&) const;
   void remove(const std::string& name) const;
 
  private:

@@ -33,7 +33,7 @@ struct HeldPoints {
     report.points = static_cast<std::uint32_t>(view.count);
     if (!points.begin(lattice, Point3d::Zero())) return report;
     points.register_returns(lattice, view, config, kUnlabelledInTests, work, report);
-    points.thin(lattice, config, kUnlabelledInTests);
+    points.thin(lattice, view, config, kUnlabelledInTests);
     return report;
   }
 

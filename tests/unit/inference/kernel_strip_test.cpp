@@ -105,6 +105,13 @@ std::vector<TilePoints> random_scan(Random& random, float radius) {
           .z = coordinate(),
           .weight = random.below(8) == 0 ? 0.0F : static_cast<float>(random.uniform(0.01, 3.0)),
           .component = static_cast<std::uint8_t>(random.below(kComponents))};
+      if (random.below(3) != 0) continue;
+      point.second = static_cast<std::uint8_t>((point.component + 1) % kComponents);
+      point.third = static_cast<std::uint8_t>((point.component + 2) % kComponents);
+      point.fourth = static_cast<std::uint8_t>((point.component + 3) % kComponents);
+      const auto first = static_cast<std::uint32_t>(64 + random.below(150));
+      const auto second = static_cast<std::uint32_t>(1 + random.below(20));
+      point.label_weights = first | (second << 8U) | (1U << 16U) | ((254 - first - second) << 24U);
     }
   }
   return scan;
@@ -131,11 +138,15 @@ double largest_error(const Sums& sums, int tile, const std::vector<TilePoints>& 
       double sum = 0.0;
       for (const TilePoints& from : scan) {
         for (const TilePoint& point : from.points) {
-          if (point.component != c) continue;
+          double share = 0.0;
+          for_labels(point, [&](std::uint8_t component, std::uint8_t weight) {
+            share += component == c ? weight / 255.0 : 0.0;
+          });
+          if (share == 0.0) continue;
           const double dx = center[0] - 8.0 * from.offset[0] - static_cast<double>(point.x);
           const double dy = center[1] - 8.0 * from.offset[1] - static_cast<double>(point.y);
           const double dz = center[2] - 8.0 * from.offset[2] - static_cast<double>(point.z);
-          sum += static_cast<double>(point.weight) *
+          sum += share * static_cast<double>(point.weight) *
                  kernel_exact(std::sqrt(dx * dx + dy * dy + dz * dz) / static_cast<double>(length));
         }
       }

@@ -104,17 +104,23 @@ TEST_CASE("StatusPublisher: a message that LCM's generated code decodes, of one 
   CHECK_FALSE(publisher.is_due(5 + StatusPublisher::kPeriod_us - 1));
   CHECK(publisher.is_due(5 + StatusPublisher::kPeriod_us));
   REQUIRE((*link)->send(bytes_of(std::string(1000, 'x'))));
-  REQUIRE(publisher.publish({.robot = 3}, 5 + 500'000));
+  // More are doubted than have room.
+  NodeState doubting{.robot = 3, .doubted = 11};
+  for (std::uint32_t i = 0; i < 8; ++i) doubting.first_doubted[i] = {40 + i, 1ULL << i};
+  REQUIRE(publisher.publish(doubting, 5 + 500'000));
   REQUIRE(eventually_handled(lcm.get(), [&] { return heard[kStatusChannel].size() == 2; }));
   tessera_status status{};
   for (const std::string& bytes : heard[kStatusChannel]) {
-    CHECK(bytes.size() == 348);
-    REQUIRE(status.decode(bytes.data(), 0, static_cast<int>(bytes.size())) == 336);
-    CHECK(status.decode(bytes.data(), 0, 335) < 0);
+    CHECK(bytes.size() == 448);
+    REQUIRE(status.decode(bytes.data(), 0, static_cast<int>(bytes.size())) == 436);
+    CHECK(status.decode(bytes.data(), 0, 435) < 0);
     CHECK(status.robot == 3);
   }
-  CHECK(status.sent_bytes_per_s == 2 * (1000 + 348));
+  CHECK(status.sent_bytes_per_s == 2 * (1000 + 448));
   CHECK(status.counters[16] == 2);  // Sent.
+  CHECK(status.doubted == 11);
+  CHECK(status.doubted_robot[7] == 47);
+  CHECK(status.doubted_classes[7] == 128);
   CHECK(status.uptime_us == 500'000);
 }
 

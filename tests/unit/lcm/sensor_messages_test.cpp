@@ -12,6 +12,7 @@
 #include <tessera_semantic_cloud.hpp>
 #include <vector>
 
+#include "link/sensor_sender.hpp"
 #include "link/short_message.hpp"
 #include "unit/lcm/encoded.hpp"
 
@@ -24,16 +25,17 @@ struct Room {
       : xyz(3 * points + 1, kMark),
         weights(points + 1, kMark),
         times_s(points + 1, kMark),
-        components(points + 1, 77),
-        no_return(points + 1, 77) {}
+        components(3 * points + 1, 77),
+        no_return(points + 1, 77),
+        label_weights(3 * points + 1, 77) {}
   static constexpr float kMark = -12345.0F;
   std::vector<float> xyz, weights, times_s;
-  std::vector<std::uint8_t> components, no_return;
+  std::vector<std::uint8_t> components, no_return, label_weights;
 
   CloudMemory memory() {
     const auto but_last = [](auto& list) { return std::span(list).first(list.size() - 1); };
-    return {but_last(xyz), but_last(components), but_last(weights), but_last(times_s),
-            but_last(no_return)};
+    return {but_last(xyz),     but_last(components), but_last(weights),
+            but_last(times_s), but_last(no_return),  but_last(label_weights)};
   }
   [[nodiscard]] bool is_untouched() const {
     const auto all = [](const std::vector<float>& list) {
@@ -41,11 +43,12 @@ struct Room {
     };
     return all(xyz) && all(weights) && all(times_s) &&
            std::all_of(components.begin(), components.end(), [](int c) { return c == 77; }) &&
-           std::all_of(no_return.begin(), no_return.end(), [](int n) { return n == 77; });
+           std::all_of(no_return.begin(), no_return.end(), [](int n) { return n == 77; }) &&
+           std::all_of(label_weights.begin(), label_weights.end(), [](int n) { return n == 77; });
   }
   [[nodiscard]] bool has_marks() const {
     return xyz.back() == kMark && weights.back() == kMark && times_s.back() == kMark &&
-           components.back() == 77 && no_return.back() == 77;
+           components.back() == 77 && no_return.back() == 77 && label_weights.back() == 77;
   }
 };
 
@@ -55,6 +58,7 @@ tessera_semantic_cloud sample_cloud(std::int32_t points, bool weights, bool time
   cloud.sensor = 3;
   cloud.count = points;
   cloud.coordinates = 3 * points;
+  cloud.components = points;
   cloud.weights = weights ? points : 0;
   cloud.times = times ? points : 0;
   cloud.no_returns = weights ? points : 0;  // whatever has one has the other
@@ -97,6 +101,70 @@ TEST_CASE("decode_semantic_cloud: what LCM's generated code wrote, number by num
   }
 }
 
+/// The same with so many labels for each point.
+tessera_semantic_cloud with_labels(tessera_semantic_cloud cloud, std::int32_t labels) {
+  cloud.components = cloud.label_weights = labels * cloud.count;
+  cloud.component.clear();
+  for (std::int32_t k = 0; k < cloud.components; ++k) {
+    cloud.component.push_back(static_cast<std::uint8_t>(k % 250));
+    cloud.label_weight.push_back(static_cast<std::uint8_t>(k % 256));
+  }
+  return cloud;
+}
+
+TEST_CASE("decode_semantic_cloud: one to three labels with weights for each point") {
+  for (const std::int32_t labels : {1, 2, 3}) {
+    const tessera_semantic_cloud cloud = with_labels(sample_cloud(300, true, true), labels);
+    Room room(300);
+    CloudHeader header;
+    REQUIRE(decode_semantic_cloud(encoded(cloud), room.memory(), header) == MessageFault::kNone);
+    CHECK(header.has_label_weights);
+    CHECK(header.labels_per_point == static_cast<std::uint32_t>(labels));
+    CHECK(std::equal(cloud.component.begin(), cloud.component.end(), room.components.begin()));
+    CHECK(std::equal(cloud.label_weight.begin(), cloud.label_weight.end(),
+                     room.label_weights.begin()));
+    CHECK(std::equal(cloud.weight.begin(), cloud.weight.end(), room.weights.begin()));
+    CHECK(room.has_marks());
+    const std::span<const std::uint8_t> components = room.components;
+    const CloudToSend to_send{
+        .stamp_us = cloud.stamp_us,
+        .sensor = 3,
+        .xyz = cloud.xyz,
+        .components = components.first(cloud.component.size()),
+        .label_weights =
+            std::span<const std::uint8_t>(room.label_weights).first(cloud.label_weight.size()),
+        .weights = cloud.weight,
+        .times_us = cloud.time_us,
+        .no_return = std::span<const std::uint8_t>(room.no_return).first(300)};
+    CHECK(encode(to_send) == encoded(cloud));
+  }
+}
+
+TEST_CASE("decode_semantic_cloud: labels that are not as many for each point write nothing") {
+  const auto fault_of = [](const tessera_semantic_cloud& cloud) {
+    Room room(300);
+    CloudHeader header;
+    const MessageFault fault = decode_semantic_cloud(encoded(cloud), room.memory(), header);
+    CHECK(room.is_untouched());
+    return fault;
+  };
+  CHECK(fault_of(with_labels(sample_cloud(4, false, false), 4)) == MessageFault::kCounts);
+  tessera_semantic_cloud uneven = with_labels(sample_cloud(4, false, false), 2);
+  for (std::int32_t* const count : {&uneven.components, &uneven.label_weights}) --*count;
+  uneven.component.pop_back();
+  uneven.label_weight.pop_back();
+  CHECK(fault_of(uneven) == MessageFault::kCounts);
+  tessera_semantic_cloud bare = with_labels(sample_cloud(4, false, false), 2);
+  bare.label_weights = 0;
+  bare.label_weight.clear();
+  CHECK(fault_of(bare) == MessageFault::kCounts);
+  tessera_semantic_cloud none = sample_cloud(4, false, false);
+  none.components = 0;
+  none.component.clear();
+  CHECK(fault_of(none) == MessageFault::kCounts);
+  CHECK(fault_of(with_labels(sample_cloud(301, false, false), 3)) == MessageFault::kTooLarge);
+}
+
 TEST_CASE("decode_semantic_cloud: numbers of the sensor that are not finite are handed on") {
   tessera_semantic_cloud cloud = sample_cloud(2, true, false);
   cloud.xyz[1] = std::numeric_limits<float>::quiet_NaN();
@@ -126,8 +194,9 @@ TEST_CASE("decode_semantic_cloud: one point more than there is room for is refus
 
 TEST_CASE("decode_semantic_cloud: counts that disagree, or lie about the length, write nothing") {
   const Bytes good = encoded(sample_cloud(4, true, true));
-  // Behind fingerprint, stamp and sensor: count, coordinates, weights, times, no_returns.
-  for (std::size_t at = 20; at < 40; at += 4) {
+  // Behind fingerprint, stamp and sensor: count, coordinates, components, label_weights, weights,
+  // times, no_returns.
+  for (std::size_t at = 20; at < 48; at += 4) {
     for (const std::uint32_t lie : {0xffffffffU, 0x80000000U, 0x7fffffffU, 3U, 5U, 1U << 28U}) {
       INFO("count at " << at << " is " << lie);
       Bytes bad = good;
@@ -147,7 +216,7 @@ TEST_CASE("decode_semantic_cloud: shorter by any number of bytes, or longer, wri
     Room room(100);
     const Bytes cut(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(bytes));
     const MessageFault fault = decode_semantic_cloud(cut, room.memory(), header);
-    CHECK(fault == (bytes < 40 ? MessageFault::kTooShort : MessageFault::kCounts));
+    CHECK(fault == (bytes < 48 ? MessageFault::kTooShort : MessageFault::kCounts));
     CHECK(room.is_untouched());
   }
   Bytes longer = good;

@@ -51,6 +51,32 @@ TEST_CASE("KittiWriter: scans are read as they were written, numbered from 0") {
   }
 }
 
+TEST_CASE("KittiWriter: labels with weights are read as they were written") {
+  const DatasetClasses classes = DatasetClasses::semantic_kitti();
+  const TemporaryFolder folder;
+  Outcome<KittiWriter> writer = KittiWriter::create(folder.file("new"), classes, false);
+  REQUIRE(writer.ok());
+  const std::vector<float> points(6, 1.0F);
+  const std::vector<std::uint8_t> components{9, 1, 20, 17, 2, 5};
+  const std::vector<std::uint8_t> weights{100, 90, 65, 255, 0, 0};
+  REQUIRE(writer
+              ->add(Scan(), {.points = points.data(),
+                             .stride_floats = 3,
+                             .count = 2,
+                             .components = components.data(),
+                             .labels_per_point = 3,
+                             .label_weights = weights.data()})
+              .ok());
+  REQUIRE(writer->finish(nullptr).ok());
+  const Outcome<Dataset> dataset = Dataset::open(folder.file("new"));
+  REQUIRE(dataset.ok());
+  CHECK(dataset->weighted_labels() == 3);
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 0);
+  REQUIRE(scan.ok());
+  CHECK(scan->components == components);
+  CHECK(scan->label_weights == weights);
+}
+
 TEST_CASE("KittiWriter: points without labels are unlabelled, by an id that is known") {
   const DatasetClasses classes = DatasetClasses::semantic_kitti();
   const TemporaryFolder folder;

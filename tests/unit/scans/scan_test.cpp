@@ -21,6 +21,8 @@ TEST_CASE("Scan: memory is that of its limits") {
   live.weights = true;
   live.floats_per_point = 3;
   CHECK(Scan::required_bytes(live) == 2 * (3 + 1 + 1) * sizeof(float) + 2 + 6);
+  live.weighted_labels = 3;
+  CHECK(Scan::required_bytes(live) == 2 * (3 + 1 + 1) * sizeof(float) + 2 * (3 + 3) + 6);
   Scan scan(kSmall);
   CHECK(scan.points().size() == 8);
   CHECK(scan.weights().empty());
@@ -39,6 +41,11 @@ TEST_CASE("Scan: it grows by reserve alone, and a larger one is left as it is") 
   CHECK(scan.points().size() == 20);
   CHECK(scan.components().size() == 5);
   CHECK(scan.limits().points == 5);
+  CHECK(scan.label_weights().empty());
+  scan.reserve(2, 3);
+  CHECK(scan.limits().points == 5);
+  CHECK(scan.components().size() == 15);
+  CHECK(scan.label_weights().size() == 15);
   scan.reserve(1);
   CHECK(scan.limits().points == 5);
 }

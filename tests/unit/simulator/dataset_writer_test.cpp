@@ -98,6 +98,23 @@ TEST_CASE("write_dataset: points and labels on disk are those of the scan") {
   CHECK(same);
 }
 
+TEST_CASE("write_dataset: labels with weights in a folder of their own, which goes with them") {
+  const TemporaryFolder scratch;
+  const fs::path folder = scratch.path() / "out" / "robot_0";
+  SimulatorConfig config{.robots = 1, .scans = 2, .weighted_labels = 2};
+  REQUIRE(write_dataset(*StreetSimulator::make(config), scratch.path() / "out", {}).ok());
+  for (const char* const scan : {"000000", "000001"}) {
+    CHECK(fs::file_size(folder / "topk" / (std::string(scan) + ".topk")) ==
+          2 * fs::file_size(folder / "predictions" / (std::string(scan) + ".label")));
+  }
+  config.scans = 1;
+  REQUIRE(write_dataset(*StreetSimulator::make(config), scratch.path() / "out", {}).ok());
+  CHECK_FALSE(fs::exists(folder / "topk" / "000001.topk"));
+  config.weighted_labels = 0;
+  REQUIRE(write_dataset(*StreetSimulator::make(config), scratch.path() / "out", {}).ok());
+  CHECK_FALSE(fs::exists(folder / "topk"));
+}
+
 TEST_CASE("write_dataset: the same configuration gives the same bytes") {
   const TemporaryFolder scratch;
   REQUIRE(write_dataset(street(1, 1), scratch.path() / "a", {}).ok());

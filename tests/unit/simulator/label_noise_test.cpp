@@ -101,6 +101,70 @@ double share_repeated(const Mistakes& a, const Mistakes& b) {
 
 }  // namespace
 
+TEST_CASE("Labels with weights: the first is the prediction, and none are left out of one label") {
+  SimulatorConfig config{.scans = 3};
+  const auto plain = StreetSimulator::make(config)->scan(1, 2);
+  CHECK(plain.beliefs.empty());
+  for (const int labels : {1, 2, 3}) {
+    config.weighted_labels = labels;
+    const SimulatedScan scan = StreetSimulator::make(config)->scan(1, 2);
+    CHECK(scan.predictions == plain.predictions);
+    const auto k = static_cast<std::size_t>(labels);
+    REQUIRE(scan.beliefs.size() == k * scan.points.size());
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+      std::uint32_t sum = 0;
+      bool falls = true;
+      for (std::size_t j = 0; j < k; ++j) {
+        sum += scan.beliefs[k * i + j] >> 16U;
+        falls = falls &&
+                (j == 0 || scan.beliefs[k * i + j] >> 16U <= scan.beliefs[k * i + j - 1] >> 16U);
+      }
+      wrong +=
+          (scan.beliefs[k * i] & 0xffffU) == scan.predictions[i] && falls && sum <= 255 ? 0 : 1;
+    }
+    CHECK(wrong == 0);
+  }
+  config.weighted_labels = 4;
+  CHECK_FALSE(StreetSimulator::make(config).ok());
+}
+
+TEST_CASE("Labels with weights: sure answers are right more often, errors name the truth often") {
+  SimulatorConfig config{.scans = 1, .weighted_labels = 3};
+  const SimulatedScan scan = StreetSimulator::make(config)->scan(0, 0);
+  struct Counts {
+    double points = 0.0;
+    double right = 0.0;
+    double weight = 0.0;
+  };
+  Counts unsure;
+  Counts sure;
+  double errors = 0.0;
+  double second = 0.0;
+  for (std::size_t i = 0; i < scan.labels.size(); ++i) {
+    if (scan.labels[i] == 0) continue;
+    const double weight = (scan.beliefs[3 * i] >> 16U) / 255.0;
+    Counts& counts = weight < 0.8 ? unsure : sure;
+    counts.points += 1.0;
+    counts.weight += weight;
+    counts.right += is_mistaken(scan, i) ? 0.0 : 1.0;
+    if (!is_mistaken(scan, i)) continue;
+    errors += 1.0;
+    second += (scan.beliefs[3 * i + 1] & 0xffffU) == learned(scan.labels[i]) ? 1.0 : 0.0;
+  }
+  REQUIRE(unsure.points > 1000.0);
+  REQUIRE(errors > 1000.0);
+  CHECK(sure.right / sure.points > 0.85);
+  CHECK(unsure.right / unsure.points < 0.75);
+  // As networks, it is a little too sure.
+  const double right = (sure.right + unsure.right) / (sure.points + unsure.points);
+  const double said = (sure.weight + unsure.weight) / (sure.points + unsure.points);
+  CHECK(said > right);
+  CHECK(said < right + 0.1);
+  CHECK(second / errors > 0.4);
+  CHECK(second / errors < 0.8);
+}
+
 TEST_CASE("Confusion: mistakes grow with range and with incidence") {
   for (const RawId id : {RawId::kCar, RawId::kSidewalk, RawId::kBuilding, RawId::kPole}) {
     CHECK(mistake_probability(id, 40.0, 0.8) > mistake_probability(id, 10.0, 0.8));

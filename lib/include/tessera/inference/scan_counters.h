@@ -87,4 +87,7 @@
   ROW(COUNTER, uint32_t, voxels_cleared,                                                           \
       "Carving by the image: occupied voxels that were seen through and are free now.")            \
   ROW(COUNTER, uint32_t, on_teammate, "Returns refused: on another robot that says where it is.")  \
-  ROW(LEVEL, uint32_t, teammates, "Places of other robots that returns were compared with.")
+  ROW(LEVEL, uint32_t, teammates, "Places of other robots that returns were compared with.")       \
+  ROW(COUNTER, uint32_t, weighted_labels, "Returns in range whose weight is shared by labels.")    \
+  ROW(COUNTER, uint32_t, wrong_labels,                                                             \
+      "Returns in range whose label weights sum to more than one: taken as unlabelled.")

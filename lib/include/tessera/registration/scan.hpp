@@ -38,6 +38,7 @@ struct ScanView {
   std::size_t count = 0;
   const std::uint8_t* components =
       nullptr;  ///< Component of point i: 1 .. C, or C + 1 if unlabelled; null: all unlabelled.
+                ///< Of label j of point i at components[i * labels_per_point + j].
   const float* weights = nullptr;  ///< Weight of point i, 0 .. kMaxWeight; null: all 1. What
                                    ///< a point gives a voxel counts from kLeastCount on.
   /// Where the sensor is on the robot; of use with InferenceConfig::body alone.
@@ -52,7 +53,17 @@ struct ScanView {
   /// Points of which integrating tells whether the scan surely saw through them, or met something
   /// there. With Carving::kImage alone.
   std::span<WatchedPoint> watched{};
+  std::size_t labels_per_point = 1;  ///< 1 .. kMostLabels.
+  /// Of each of components, in 255ths of the point's weight. The rest of a point's is unlabelled;
+  /// one whose labels sum to over 255 is unlabelled whole, and counted. null: of one label a point,
+  /// which has all of it.
+  const std::uint8_t* label_weights = nullptr;
 };
+
+/// Labels that a point can have. As many classes as a voxel keeps apart (CompactTuple::kSlots).
+inline constexpr std::size_t kMostLabels = 3;
+/// The weight of a label that has all of its point's.
+inline constexpr std::uint8_t kOneLabel = 255;
 
 /// The largest weight of a point, so that no sum of a scan comes near a float's limit.
 inline constexpr float kMaxWeight = 1e6F;
@@ -62,8 +73,15 @@ inline constexpr float kMaxWeight = 1e6F;
 struct ScanPoint {
   Point3f p_map = Point3f::Zero();  ///< Metres, map frame.
   float weight = 1.0F;
-  VoxelCoord voxel{};  ///< Of the map's lattice.
-  std::uint8_t component = 0;
+  VoxelCoord voxel{};          ///< Of the map's lattice.
+  std::uint8_t component = 0;  ///< Of its best label.
+  // Its other labels, the heaviest first.
+  std::uint8_t second = 0;
+  std::uint8_t third = 0;
+  /// In the same order, a byte each from the lowest: 255ths, 0 after the last. What they leave of
+  /// 255 is unlabelled.
+  std::uint32_t label_weights = kOneLabel;
+  [[nodiscard]] constexpr bool has_one_label() const noexcept { return label_weights == kOneLabel; }
 };
 
 /// The point at p_map (metres) with its voxel. Fails with kOutOfRange iff p_map is not finite or

@@ -74,6 +74,9 @@ class OctetEvidence {
   [[nodiscard]] const OctetCentroids& centroids() const noexcept { return centroids_; }
   void set_centroids(const OctetCentroids& centroids) noexcept { centroids_ = centroids; }
 
+  /// Whether plane 0 has evidence of no class that is not to be kept apart (TilePoint).
+  [[nodiscard]] bool has_rest() const noexcept { return (components_ & 1U) != 0; }
+
   /// Back to nothing touched. O(1).
   void clear() noexcept {
     components_ = 0;
@@ -107,6 +110,7 @@ struct BlockEvidence {
   /// Of each component, the rows that may hold anything, a bit each; stride from one to the next.
   const std::uint64_t* touched = nullptr;
   std::size_t touched_stride = 1;
+  bool has_rest = false;  ///< As OctetEvidence.
   /// Where returns are in the voxels, in row order; null: not known of any.
   const Centroid* centroids = nullptr;
 
@@ -150,6 +154,7 @@ struct BlockEvidence {
 /// One octet of it.
 class OctetOfBlock {
  public:
+  [[nodiscard]] bool has_rest() const noexcept { return block_.has_rest; }
   /// components: components_of the octet.
   OctetOfBlock(const BlockEvidence& block, int octet, std::uint64_t components) noexcept
       : block_(block), octet_(octet), components_(components) {}

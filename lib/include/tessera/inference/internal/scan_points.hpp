@@ -35,11 +35,13 @@ class ScanPoints {
   /// class. Where the time is up they are all left out. O(returns).
   void register_returns(const Lattice& lattice, const ScanView& scan, const InferenceConfig& config,
                         std::uint8_t unlabelled, ScanWork& work, ScanReport& report) noexcept;
-  /// Thins what was registered; that is admitted from here on. Sorts it: O(registered).
-  void thin(const Lattice& lattice, const InferenceConfig& config,
+  /// Thins what was registered of that scan; that is admitted from here on. Sorts it:
+  /// O(registered).
+  void thin(const Lattice& lattice, const ScanView& scan, const InferenceConfig& config,
             std::uint8_t unlabelled) noexcept;
 
-  /// All returns within the range limit, before thinning.
+  /// All returns within the range limit, before thinning, with their best label. Where labels have
+  /// weights, label_weights is the number of the return.
   [[nodiscard]] std::span<const ScanPoint> returns() const noexcept {
     return registered_.first(registered_count_);
   }

@@ -56,6 +56,13 @@ struct Tile {
   std::array<std::uint32_t, 6> beside{};
 };
 
+/// Where what points' labels leave of one goes, and which labels go there too: those that are not
+/// the best and weigh less, in 255ths.
+struct RestOfLabels {
+  std::uint8_t component = 0;
+  std::uint8_t least_weight = 0;
+};
+
 class ScanTiles {
  public:
   [[nodiscard]] static constexpr std::size_t required_bytes(const ScanCapacity& capacity) noexcept {
@@ -66,8 +73,9 @@ class ScanTiles {
   [[nodiscard]] static Result<ScanTiles> make(Arena& arena, const ScanCapacity& capacity) noexcept;
   ScanTiles() noexcept = default;
 
-  /// Forgets the last scan; no tiles then, and units of unit_edge voxels. O(capacity of tiles).
-  void reset(int unit_edge) noexcept;
+  /// Forgets the last scan; no tiles then, units of unit_edge voxels, and labels kept apart so far.
+  /// O(capacity of tiles).
+  void reset(int unit_edge, const RestOfLabels& rest = {}) noexcept;
   /// Forgets the points and all masks; the tiles stay, so that ensure() of the same ones cannot
   /// fail. O(tiles).
   void forget_points() noexcept;
@@ -147,6 +155,7 @@ class ScanTiles {
   std::size_t point_count_ = 0;
   std::size_t unit_count_ = 0;
   int unit_edge_ = 2;
+  RestOfLabels rest_{};
 };
 
 /// The 64-bit mask of the units x0..x1, y0..y1, z0..z1 of a tile, bounds clipped to 0 .. 3; empty

@@ -14,7 +14,8 @@ namespace tessera {
 
 /// Thins points to one a cell of cell_m, cells aligned with the map frame's origin: the centroid of
 /// the cell's points, the component with the largest total weight (ties to the lowest; unlabelled
-/// only if all are), and the mean or summed weight of the points that have it. Cells come out by
+/// only if all are), and the mean or summed weight of the points that have it, with the labels of
+/// the first of these. Cells come out by
 /// cubes of eight cells a side, in these by cubes of two, in these by cell, each in (z, y, x)
 /// order. points: registered with lattice, at most 2^20 cells from each other on an axis. out: at
 /// least points.size(); its points have the voxels of lattice. sort: at least 2 * points.size().

@@ -107,7 +107,7 @@ class BlockEditor {
 template <class Evidence>
 void BlockEditor::add_labels(int octet, const Evidence& added) noexcept {
   const float cap = table_.config_.max_evidence;
-  note_components(added.components());
+  note_components(added.components() & ~std::uint64_t{1});
   TupleStore::Plane sums = table_.tuples_.add(tuples(octet), added);
   if (cap > 0.0F &&
       (block_.free_passes[layer_of_octet(octet)] != 0 || bits_above(sums.data(), cap) != 0))

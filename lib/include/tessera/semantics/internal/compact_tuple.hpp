@@ -30,6 +30,9 @@ class CompactTuple {
  public:
   using Plane = OctetEvidence::Plane;
   static constexpr int kSlots = 3;
+  /// Of a point with several labels, those with less of its weight, in 255ths, go to the rest but
+  /// for the best, and with them what is of no class.
+  static constexpr std::uint8_t kLeastLabelWeight = 16;
   static constexpr std::uint32_t kOctetBytes = sizeof(std::uint32_t) * kOctetVoxels * (kSlots + 1);
 
   /// The quantum's inverse for a cap of max_evidence in (0, 1e6], or none (0): the largest power of
@@ -45,8 +48,8 @@ class CompactTuple {
   explicit constexpr CompactTuple(float quanta = 4096.0F) noexcept
       : quanta_(quanta), quantum_(1.0F / quanta) {}
 
-  /// Adds evidence, component by component, each rounded to the nearest quantum. Component 0 of
-  /// added is ignored. Voxels that it adds to have the nearer centroid then. Returns what
+  /// Adds evidence, component by component, each rounded to the nearest quantum; what has_rest goes
+  /// to the rest. Voxels that it adds to have the nearer centroid then. Returns what
   /// label_sums is then. O(components in added).
   Plane add(std::byte* octet, const OctetEvidence& added) const noexcept {
     return add_planes(octet, added);
@@ -133,6 +136,9 @@ class CompactTuple {
       const VoxelEvidence& evidence) const noexcept;
   template <class Evidence>
   Plane add_planes(std::byte* octet, const Evidence& added) const noexcept;
+  /// In whole quanta.
+  [[nodiscard]] Words counts_of_plane(const Plane& plane) const noexcept;
+  void add_to_rests(Octet& octet, const Plane& plane, Words& added) const noexcept;
   [[nodiscard]] Plane sums_of(const Octet& octet) const noexcept;
   /// added: counts that are not zero get bits.
   void add_plane(Octet& octet, std::uint32_t component, const Plane& plane,
