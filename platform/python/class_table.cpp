@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "arrays.hpp"
+#include "label_arrays.hpp"
 
 namespace tessera::python {
 

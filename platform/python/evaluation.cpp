@@ -10,6 +10,7 @@
 #include "arrays.hpp"
 #include "fusing.hpp"
 #include "held_map.hpp"
+#include "label_arrays.hpp"
 #include "maps/score_scan.hpp"
 #include "scans/scan_losses.hpp"
 

@@ -133,10 +133,12 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
     const std::unique_lock alone(gate().mutex);
     scan.components =
         components_of(labels, parts_.classes.raw_ids.get(), components_, report.unknown);
-    if (labels.are_components() && scan.components != nullptr) {
+    // What has no weight may be any number.
+    const bool plain = labels.are_components() && scan.label_weights == nullptr;
+    if (plain && scan.components != nullptr) {
       const auto highest = static_cast<std::uint8_t>(parts_.classes.table.unlabelled());
       report.too_high = static_cast<std::size_t>(
-          std::count_if(scan.components, scan.components + scan.count * scan.labels_per_point,
+          std::count_if(scan.components, scan.components + scan.count,
                         [highest](std::uint8_t component) { return component > highest; }));
     }
     const std::int64_t now_us = MonotonicClock::now_us();

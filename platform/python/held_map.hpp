@@ -19,6 +19,7 @@
 #include "arrays.hpp"
 #include "class_table.hpp"
 #include "held_submaps.hpp"
+#include "label_arrays.hpp"
 #include "maps/held_mapper.hpp"
 #include "maps/stored_map.hpp"
 #include "maps/window_totals.hpp"

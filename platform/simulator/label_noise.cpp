@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "simulator/confusion.hpp"
+#include "simulator/mixture.hpp"
 #include "simulator/random.hpp"
 #include "simulator/smooth_noise.hpp"
 
@@ -33,49 +34,6 @@ constexpr double kTruthSecond = 0.7;  ///< How often an error's second answer is
 /// Near borders: of the label that is used, and of those half as far and half as far again.
 constexpr std::array<double, 3> kBlend{0.6, 0.2, 0.2};
 constexpr double kSaltSureness = 0.5;
-
-/// Answers with their probabilities, of which few are different.
-class Mixture {
- public:
-  void add(std::uint16_t id, double probability) noexcept {
-    std::size_t at = 0;
-    while (at < count_ && ids_[at] != id) ++at;
-    if (at == ids_.size()) return;
-    if (at == count_) ids_[count_++] = id;
-    sums_[at] += probability;
-  }
-  void add(const Belief& belief, double share) noexcept {
-    for (std::size_t i = 0; i < Belief::kLabels; ++i)
-      add(belief.ids[i], share * static_cast<double>(belief.probabilities[i]));
-  }
-  /// The likeliest, but said first: it takes the likeliest one's probability if that is another.
-  [[nodiscard]] Belief belief(std::uint16_t said) noexcept {
-    Belief found;
-    for (std::size_t i = 0; i < Belief::kLabels; ++i) {
-      const auto most =
-          static_cast<std::size_t>(std::max_element(sums_.begin(), sums_.end()) - sums_.begin());
-      if (i == 0 && ids_[most] != said) {
-        const auto its = static_cast<std::size_t>(
-            std::find(ids_.begin(), ids_.begin() + static_cast<std::ptrdiff_t>(count_), said) -
-            ids_.begin());
-        if (its < count_) std::swap(sums_[its], sums_[most]);
-        found.ids[0] = said;
-        found.probabilities[0] = static_cast<float>(its < count_ ? sums_[its] : sums_[most]);
-        sums_[its < count_ ? its : most] = 0.0;
-        continue;
-      }
-      found.ids[i] = ids_[most];
-      found.probabilities[i] = static_cast<float>(sums_[most]);
-      sums_[most] = 0.0;
-    }
-    return found;
-  }
-
- private:
-  std::array<std::uint16_t, 12> ids_{};
-  std::array<double, 12> sums_{};
-  std::size_t count_ = 0;
-};
 
 class Predictor {
  public:
@@ -242,7 +200,7 @@ class Predictor {
     return false;
   }
 
-  /// The pixel whose label is used here, with labels that reach so many times as far. Thin and
+  /// The pixel whose label is used here; reach: how many times as far labels come from. Thin and
   /// distinct objects keep their own more often and spread over what is behind them, as in the
   /// measured predictions.
   [[nodiscard]] std::size_t bleed_source(int row, int column, std::size_t pixel,

@@ -46,7 +46,7 @@ struct SimulatedScan {
       labels;  ///< Truth: SemanticKITTI raw ids, 252 and 254 for moving objects, 0 unlabelled.
   std::vector<std::uint32_t>
       predictions;  ///< With a network's errors: raw ids of static classes, never 0.
-  /// Only with SimulatorConfig::weighted_labels, so many for each point: raw ids in the lower 16
+  /// Only with SimulatorConfig::weighted_labels, that many for each point: raw ids in the lower 16
   /// bits, weights in 255ths in the upper. The first is the one of predictions.
   std::vector<std::uint32_t> beliefs;
   std::vector<float> times_s;  ///< Only for swept scans: of each point, from the scan's stamp.

@@ -12,66 +12,12 @@
 #include <tessera_semantic_cloud.hpp>
 #include <vector>
 
-#include "link/sensor_sender.hpp"
 #include "link/short_message.hpp"
 #include "unit/lcm/encoded.hpp"
+#include "unit/lcm/sample_cloud.hpp"
 
 namespace tessera {
 namespace {
-
-/// Room for so many points, and a mark behind it that nobody may touch.
-struct Room {
-  explicit Room(std::size_t points)
-      : xyz(3 * points + 1, kMark),
-        weights(points + 1, kMark),
-        times_s(points + 1, kMark),
-        components(3 * points + 1, 77),
-        no_return(points + 1, 77),
-        label_weights(3 * points + 1, 77) {}
-  static constexpr float kMark = -12345.0F;
-  std::vector<float> xyz, weights, times_s;
-  std::vector<std::uint8_t> components, no_return, label_weights;
-
-  CloudMemory memory() {
-    const auto but_last = [](auto& list) { return std::span(list).first(list.size() - 1); };
-    return {but_last(xyz),     but_last(components), but_last(weights),
-            but_last(times_s), but_last(no_return),  but_last(label_weights)};
-  }
-  [[nodiscard]] bool is_untouched() const {
-    const auto all = [](const std::vector<float>& list) {
-      return std::all_of(list.begin(), list.end(), [](float f) { return f == kMark; });
-    };
-    return all(xyz) && all(weights) && all(times_s) &&
-           std::all_of(components.begin(), components.end(), [](int c) { return c == 77; }) &&
-           std::all_of(no_return.begin(), no_return.end(), [](int n) { return n == 77; }) &&
-           std::all_of(label_weights.begin(), label_weights.end(), [](int n) { return n == 77; });
-  }
-  [[nodiscard]] bool has_marks() const {
-    return xyz.back() == kMark && weights.back() == kMark && times_s.back() == kMark &&
-           components.back() == 77 && no_return.back() == 77 && label_weights.back() == 77;
-  }
-};
-
-tessera_semantic_cloud sample_cloud(std::int32_t points, bool weights, bool times) {
-  tessera_semantic_cloud cloud;
-  cloud.stamp_us = 0x0102030405060708;
-  cloud.sensor = 3;
-  cloud.count = points;
-  cloud.coordinates = 3 * points;
-  cloud.components = points;
-  cloud.weights = weights ? points : 0;
-  cloud.times = times ? points : 0;
-  cloud.no_returns = weights ? points : 0;  // whatever has one has the other
-  for (std::int32_t i = 0; i < points; ++i) {
-    for (int axis = 0; axis < 3; ++axis)
-      cloud.xyz.push_back(0.1F * static_cast<float>(i) - static_cast<float>(axis));
-    cloud.component.push_back(static_cast<std::uint8_t>(i % 256));
-    if (weights) cloud.weight.push_back(0.5F + static_cast<float>(i));
-    if (times) cloud.time_us.push_back(100 * i - 5'000);
-    if (weights) cloud.no_return.push_back(static_cast<std::uint8_t>(i % 2));
-  }
-  return cloud;
-}
 
 TEST_CASE("decode_semantic_cloud: what LCM's generated code wrote, number by number") {
   for (const bool weights : {false, true}) {
@@ -99,70 +45,6 @@ TEST_CASE("decode_semantic_cloud: what LCM's generated code wrote, number by num
       CHECK(room.has_marks());
     }
   }
-}
-
-/// The same with so many labels for each point.
-tessera_semantic_cloud with_labels(tessera_semantic_cloud cloud, std::int32_t labels) {
-  cloud.components = cloud.label_weights = labels * cloud.count;
-  cloud.component.clear();
-  for (std::int32_t k = 0; k < cloud.components; ++k) {
-    cloud.component.push_back(static_cast<std::uint8_t>(k % 250));
-    cloud.label_weight.push_back(static_cast<std::uint8_t>(k % 256));
-  }
-  return cloud;
-}
-
-TEST_CASE("decode_semantic_cloud: one to three labels with weights for each point") {
-  for (const std::int32_t labels : {1, 2, 3}) {
-    const tessera_semantic_cloud cloud = with_labels(sample_cloud(300, true, true), labels);
-    Room room(300);
-    CloudHeader header;
-    REQUIRE(decode_semantic_cloud(encoded(cloud), room.memory(), header) == MessageFault::kNone);
-    CHECK(header.has_label_weights);
-    CHECK(header.labels_per_point == static_cast<std::uint32_t>(labels));
-    CHECK(std::equal(cloud.component.begin(), cloud.component.end(), room.components.begin()));
-    CHECK(std::equal(cloud.label_weight.begin(), cloud.label_weight.end(),
-                     room.label_weights.begin()));
-    CHECK(std::equal(cloud.weight.begin(), cloud.weight.end(), room.weights.begin()));
-    CHECK(room.has_marks());
-    const std::span<const std::uint8_t> components = room.components;
-    const CloudToSend to_send{
-        .stamp_us = cloud.stamp_us,
-        .sensor = 3,
-        .xyz = cloud.xyz,
-        .components = components.first(cloud.component.size()),
-        .label_weights =
-            std::span<const std::uint8_t>(room.label_weights).first(cloud.label_weight.size()),
-        .weights = cloud.weight,
-        .times_us = cloud.time_us,
-        .no_return = std::span<const std::uint8_t>(room.no_return).first(300)};
-    CHECK(encode(to_send) == encoded(cloud));
-  }
-}
-
-TEST_CASE("decode_semantic_cloud: labels that are not as many for each point write nothing") {
-  const auto fault_of = [](const tessera_semantic_cloud& cloud) {
-    Room room(300);
-    CloudHeader header;
-    const MessageFault fault = decode_semantic_cloud(encoded(cloud), room.memory(), header);
-    CHECK(room.is_untouched());
-    return fault;
-  };
-  CHECK(fault_of(with_labels(sample_cloud(4, false, false), 4)) == MessageFault::kCounts);
-  tessera_semantic_cloud uneven = with_labels(sample_cloud(4, false, false), 2);
-  for (std::int32_t* const count : {&uneven.components, &uneven.label_weights}) --*count;
-  uneven.component.pop_back();
-  uneven.label_weight.pop_back();
-  CHECK(fault_of(uneven) == MessageFault::kCounts);
-  tessera_semantic_cloud bare = with_labels(sample_cloud(4, false, false), 2);
-  bare.label_weights = 0;
-  bare.label_weight.clear();
-  CHECK(fault_of(bare) == MessageFault::kCounts);
-  tessera_semantic_cloud none = sample_cloud(4, false, false);
-  none.components = 0;
-  none.component.clear();
-  CHECK(fault_of(none) == MessageFault::kCounts);
-  CHECK(fault_of(with_labels(sample_cloud(301, false, false), 3)) == MessageFault::kTooLarge);
 }
 
 TEST_CASE("decode_semantic_cloud: numbers of the sensor that are not finite are handed on") {
