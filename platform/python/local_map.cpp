@@ -160,29 +160,26 @@ Classes given_classes(const std::optional<Classes>& classes) {
 
 constexpr const char* kIntegrate = R"(Adds one scan's evidence and returns a ScanReport.
 
-points: (N, 3) or wider float32, x y z first, metres, sensor frame; not copied. labels: (N,) uint8 components (1 .. C;
-anything else is unlabelled), or uint16 or uint32 raw ids (the lower 16 bits); None: all unlabelled. T_map_sensor: (4,
-4) or (3, 4), sensor to map, metres; None: the identity. weights: (N,) float32, 0 .. 1e6; None: all 1. stamp_us: of
-the scan, for correct(); None: the time now, of a monotonic clock. T_body_sensor: (4, 4) or (3, 4), for the boxes of
-body; None: the identity. no_return: (N,) bool, true where nothing came back from the direction of a point; None: all
-did. teammates: of Sharer.teammates(); returns on these robots are left out. label_weights: of the shape of labels,
-which may be (N, 1 .. 3) then: float32 or float64 probabilities, or uint8 in 255ths; what they leave of one is
-unlabelled; None: a point has one label, with all of its weight.
+points: (N, 3) or wider float32, x y z first, metres, sensor frame; not copied. labels: (N,) uint8 components (1 .. C; anything else is
+unlabelled), or uint16 or uint32 raw ids (the lower 16 bits); None: all unlabelled. T_map_sensor: (4, 4) or (3, 4), sensor to map, metres;
+None: the identity. weights: (N,) float32, 0 .. 1e6; None: all 1. stamp_us: of the scan, for correct(); None: the time now, of a monotonic
+clock. T_body_sensor: (4, 4) or (3, 4), for the boxes of body; None: the identity. no_return: (N,) bool, true where nothing came back from
+the direction of a point; None: all did. teammates: of Sharer.teammates(); returns on these robots are left out. label_weights: of the shape
+of labels, which may be (N, 1 .. 3) then: float32 or float64 probabilities, or uint8 in 255ths; what they leave of one is unlabelled; None:
+a point has one label, with all of its weight.
 
-Refused points are counted in the report; a scan of more than max_points is sampled, with a UserWarning. The first
-scan that has no points, or whose points are all beyond max_range_m or left out, or with labels in no class, gets a
-UserWarning too; it is integrated even where warnings are errors. Raises TypeError iff an array is of another type;
-InputError iff of another shape, the layout of points or weights is unusable, the pose is not rigid or outside of the
-grid, a box of body holds the sensor, or raw ids are given and not known. The map is then unchanged. Raises Error iff
-a submap that has ended cannot be written; the scan is in the map, and the next one tries again. The GIL is released;
-the arrays must not be written to meanwhile.)";
+Refused points are counted in the report; a scan of more than max_points is sampled, with a UserWarning. The first scan that has no points,
+or whose points are all beyond max_range_m or left out, or with labels in no class, gets a UserWarning too; it is integrated even where
+warnings are errors. Raises TypeError iff an array is of another type; InputError iff of another shape, the layout of points or weights is
+unusable, the pose is not rigid or outside of the grid, a box of body holds the sensor, or raw ids are given and not known. The map is then
+unchanged. Raises Error iff a submap that has ended cannot be written; the scan is in the map, and the next one tries again. The GIL is
+released; the arrays must not be written to meanwhile.)";
 
 constexpr const char* kCorrect = R"(Moves the submaps to where a corrected trajectory has them.
 
-stamps_us: (N,) int64, ascending, of the clock of integrate()'s. T_world_sensor: (N, 4, 4) or (N, 3, 4).
-revision: above that of the last correction, from 1. Returns a dict: moved (submaps), most_m, residual_m
-and revision. A map that is shared is corrected by Sharer.correct, which moves both. Raises InputError
-iff the map is not in submaps, shapes are others, a pose is not rigid or over 524 km away, stamps do not
+stamps_us: (N,) int64, ascending, of the clock of integrate()'s. T_world_sensor: (N, 4, 4) or (N, 3, 4). revision: above that of the last
+correction, from 1. Returns a dict: moved (submaps), most_m, residual_m and revision. A map that is shared is corrected by Sharer.correct,
+which moves both. Raises InputError iff the map is not in submaps, shapes are others, a pose is not rigid or over 524 km away, stamps do not
 ascend, or the revision is not above; nothing is changed then.)";
 
 /// Settings of Python alone: the command knows its scans before it makes the map.
@@ -227,9 +224,8 @@ it, until they come back or the map goes; with it alone window_m is max_range_m,
 blocks are lost. Queries see the window; digest() and save() the whole map. submap_m: the map is cut
 into submaps of this way, which correct() moves; two of them are in memory, the others in files of the
 folder archive, or of a temporary one, until the map goes. Queries see the current submap; digest() and
-save() all of them. Raises InputError iff a
-value is out of its range, the budget is too small for a map or the archive holds blocks already,
-Error iff the system does not give the memory.)";
+save() all of them. Raises InputError iff a value is out of its range, the budget is too small for a map
+or the archive holds blocks already, Error iff the system does not give the memory.)";
 
 constexpr const char* kLoad =
     R"(The local map of a .tsm file, to continue. What is fixed for the life of a map is the file's: its
