@@ -33,7 +33,7 @@ STALENESS_S, FREE_STALENESS_S = 4.0, 8.0  # Longer than usual, to be cheap.
 SENSOR_GROUP = ("239.255.76.68", 7668)
 CORRECTION = (0xDACC29DEE3F745CD << 1 | 1) & (1 << 64) - 1  # Its fingerprint, as lcm-gen makes it of lcmtypes/.
 CHANNEL = b"TESSERA_STATUS\0"
-OWN_COUNTERS_AT = 336 - 8 * 9  # Of a status.
+OWN_COUNTERS_AT = 436 - 8 * 9  # Of a status.
 JITTER_M, JITTER_RAD = 0.02, 0.001  # Of a corrected frame.
 LIMIT_S = 120  # For what a busy machine does at last.
 

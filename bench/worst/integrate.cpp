@@ -19,18 +19,22 @@ constexpr std::uint32_t kSeed = 1;
 struct Cloud {
   std::vector<float> xyz;
   std::vector<std::uint8_t> components;
+  std::vector<std::uint8_t> label_weights{};
+  std::size_t labels_per_point = 1;
 
   void add(float x, float y, float z, int component) {
     xyz.insert(xyz.end(), {x, y, z});
     components.push_back(static_cast<std::uint8_t>(component));
   }
-  [[nodiscard]] std::size_t size() const { return components.size(); }
+  [[nodiscard]] std::size_t size() const { return components.size() / labels_per_point; }
   [[nodiscard]] ScanView view() const {
     ScanView scan;
     scan.points = xyz.data();
     scan.stride_floats = 3;
     scan.count = size();
     scan.components = components.data();
+    scan.labels_per_point = labels_per_point;
+    if (!label_weights.empty()) scan.label_weights = label_weights.data();
     return scan;
   }
 };
@@ -43,6 +47,20 @@ Cloud full_cube(int edge) {
     cloud.add(at(i % edge), at(i / edge % edge), at(i / (edge * edge)), 1 + i % kMostClasses);
   }
   return cloud;
+}
+
+/// The same points, with three labels each and something left of one.
+Cloud with_three_labels(const Cloud& cloud) {
+  Cloud shared = cloud;
+  shared.components.clear();
+  shared.labels_per_point = 3;
+  for (const std::uint8_t component : cloud.components) {
+    for (int k = 0; k < 3; ++k)
+      shared.components.push_back(
+          static_cast<std::uint8_t>(1 + (component - 1 + 7 * k) % kMostClasses));
+    shared.label_weights.insert(shared.label_weights.end(), {80, 75, 70});
+  }
+  return shared;
 }
 
 /// Points within a thousandth of a voxel around its middle.
@@ -205,6 +223,15 @@ void measure_integrate(Meter& meter) {
                {"integrate_entropy_every_class", kCall,
                 "multi-entropy: a full cube of 4,096 voxels, every class at once", kEntropyFormula},
                entropy, cube, 56.0 * n_of(cube), evaluations);
+  measure_scan(meter,
+               {"integrate_entropy_three_labels", kCall,
+                "multi-entropy: the same cube, three labels a point", kEntropyFormula},
+               entropy, with_three_labels(cube), 56.0 * n_of(cube), evaluations);
+  measure_scan(meter,
+               {"integrate_kernel_three_labels", kCall,
+                "kernel of 3 voxels: the 512 points where eight blocks meet, three labels each",
+                kKernelFormula},
+               kernel, with_three_labels(corner), 512.0 * n_of(corner), evaluations);
   measure_scan(meter,
                {"integrate_entropy_one_voxel", kCall,
                 "multi-entropy: 4,096 points in one voxel, of every class", kEntropyFormula},

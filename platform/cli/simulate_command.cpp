@@ -59,7 +59,7 @@ constexpr Setting kSimulateRows[] = {
         {"--topk"},
         "Labels of each point with weights, as a network would give them; adds topk/, for map "
         "--labels topk; 0: none",
-        {.value = "K", .allowed = from_to(0.0, 3.0)}),
+        {.value = "K", .allowed = from_to(0.0, double{kMostLabels})}),
     path_row<&SimulateOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
 };
 constexpr SettingTable<SimulateOptions> kSimulateSettings{kSimulateRows};

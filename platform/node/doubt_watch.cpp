@@ -56,6 +56,7 @@ void DoubtWatch::look(const GlobalMap& global, std::int64_t now_us, LogQueue& lo
       log.say_change(LogLevel::kInfo, now_us, "robot % is not contradicted any more", one.robot);
     }
   }
+  std::ranges::sort(std::span(now.robots).first(now.count), {}, &DoubtedRobots::Robot::robot);
   last_ = now;
   view_.set(now);
 }

@@ -13,6 +13,7 @@
 
 namespace tessera {
 
+/// By ascending number.
 struct DoubtedRobots {
   struct Robot {
     std::uint32_t robot = 0;

@@ -100,7 +100,7 @@ py::array_t<std::uint8_t> components(const Classes& classes, const py::array& ra
   std::vector<std::uint8_t> converted;
   {
     const py::gil_scoped_release released;
-    static_cast<void>(components_of(labels, classes.raw_ids.get(), converted, unknown));
+    static_cast<void>(components_of(labels, classes.raw_ids.get(), nullptr, converted, unknown));
   }
   return array_taking(std::move(converted));
 }

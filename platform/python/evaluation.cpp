@@ -55,9 +55,9 @@ class Evaluation {
     map_->read([&](const LocalMap& map) {
       const std::scoped_lock lock(mutex_);
       has_input_ = has_input_ || given.data != nullptr;
-      scan.components = components_of(given, classes_.raw_ids.get(), given_, unknown);
+      scan.components = components_of(given, classes_.raw_ids.get(), nullptr, given_, unknown);
       const std::uint8_t* const of_truth =
-          components_of(true_labels, classes_.raw_ids.get(), true_, unknown_truth);
+          components_of(true_labels, classes_.raw_ids.get(), nullptr, true_, unknown_truth);
       unknown_ids_ += unknown.points + unknown_truth.points;
       const auto everywhere = [](const Point3f&) { return true; };
       non_finite_ += score_scan(map, scan, of_truth, max_range_m_, everywhere, scores_);

@@ -123,6 +123,23 @@ std::shared_ptr<HeldLocalMap> HeldLocalMap::load(const std::string& path, MapOpt
   return std::shared_ptr<HeldLocalMap>(new HeldLocalMap(std::move(parts)));
 }
 
+namespace {
+
+/// Points with a label that is no component, unless it has no weight.
+std::size_t count_above(const ScanView& scan, int highest) noexcept {
+  std::size_t above = 0;
+  for (std::size_t i = 0; i < scan.count; ++i) {
+    bool any = false;
+    for (std::size_t k = i * scan.labels_per_point; k < (i + 1) * scan.labels_per_point; ++k)
+      any = any || (scan.components[k] > highest &&
+                    (scan.label_weights == nullptr || scan.label_weights[k] != 0));
+    above += any ? 1U : 0U;
+  }
+  return above;
+}
+
+}  // namespace
+
 IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& labels,
                                           std::optional<std::int64_t> stamp_us) {
   IntegrationReport report;
@@ -131,16 +148,10 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
   const py::gil_scoped_release released;
   {
     const std::unique_lock alone(gate().mutex);
-    scan.components =
-        components_of(labels, parts_.classes.raw_ids.get(), components_, report.unknown);
-    // What has no weight may be any number.
-    const bool plain = labels.are_components() && scan.label_weights == nullptr;
-    if (plain && scan.components != nullptr) {
-      const auto highest = static_cast<std::uint8_t>(parts_.classes.table.unlabelled());
-      report.too_high = static_cast<std::size_t>(
-          std::count_if(scan.components, scan.components + scan.count,
-                        [highest](std::uint8_t component) { return component > highest; }));
-    }
+    scan.components = components_of(labels, parts_.classes.raw_ids.get(), scan.label_weights,
+                                    components_, report.unknown);
+    if (labels.are_components() && scan.components != nullptr)
+      report.too_high = count_above(scan, parts_.classes.table.unlabelled());
     const std::int64_t now_us = MonotonicClock::now_us();
     if (!stamp_us) stamp_us = now_us;
     {

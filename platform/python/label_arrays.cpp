@@ -38,6 +38,7 @@ LabelsView labels_of(const std::optional<py::array>& array, std::size_t count, c
                  several ? fmt::format("one to {} for each of the {} points", kMostLabels, count)
                          : fmt::format("one for each of the {} points", count));
   }
+  labels.is_table = is_table;
   if (is_table) {
     labels.per_point = static_cast<std::size_t>(array->shape(1));
     labels.column_bytes = array->strides(1);
@@ -90,10 +91,9 @@ const std::uint8_t* label_weights_of(const py::array& array, const LabelsView& l
                "; give float32 or float64 probabilities, or uint8 in 255ths");
   }
   const bool same =
-      labels.data != nullptr && static_cast<std::size_t>(array.shape(0)) == labels.count &&
-      (labels.column_bytes != 0
-           ? array.ndim() == 2 && static_cast<std::size_t>(array.shape(1)) == labels.per_point
-           : array.ndim() == 1);
+      labels.data != nullptr && array.ndim() == (labels.is_table ? 2 : 1) &&
+      static_cast<std::size_t>(array.shape(0)) == labels.count &&
+      (!labels.is_table || static_cast<std::size_t>(array.shape(1)) == labels.per_point);
   if (!same) refuse_shape(array, "label_weights", "one for each of labels");
   const std::size_t all = labels.count * labels.per_point;
   if (is_bytes && (array.flags() & py::array::c_style) != 0)
@@ -115,7 +115,8 @@ const std::uint8_t* label_weights_of(const py::array& array, const LabelsView& l
 }
 
 const std::uint8_t* components_of(const LabelsView& labels, const DatasetClasses* classes,
-                                  std::vector<std::uint8_t>& scratch, UnknownRawIds& unknown) {
+                                  const std::uint8_t* weights, std::vector<std::uint8_t>& scratch,
+                                  UnknownRawIds& unknown) {
   if (labels.data == nullptr) return nullptr;
   const bool whole_rows = labels.per_point == 1 || labels.column_bytes == 1;
   const bool no_gaps = labels.stride_bytes == static_cast<std::ptrdiff_t>(labels.per_point);
@@ -135,7 +136,8 @@ const std::uint8_t* components_of(const LabelsView& labels, const DatasetClasses
     // The lower half of a 32-bit number comes first on all supported machines.
     std::uint16_t raw_id = 0;
     std::memcpy(&raw_id, from, sizeof(raw_id));
-    if (!classes->is_known(raw_id)) unknown.add(raw_id);
+    const bool counts = weights == nullptr || weights[k] != 0;
+    if (counts && !classes->is_known(raw_id)) unknown.add(raw_id);
     scratch[k] = classes->component(raw_id);
   }
   return scratch.data();

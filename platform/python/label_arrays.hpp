@@ -25,6 +25,7 @@ struct LabelsView {
   std::size_t width_bytes = 0;
   std::size_t count = 0;
   std::size_t per_point = 1;
+  bool is_table = false;  ///< (count, per_point), not (count,).
 
   [[nodiscard]] bool are_components() const noexcept { return width_bytes == 1; }
 };
@@ -39,9 +40,11 @@ struct LabelsView {
 [[nodiscard]] const std::uint8_t* label_weights_of(const py::array& array, const LabelsView& labels,
                                                    std::vector<std::uint8_t>& scratch);
 /// The components: in the array itself if it has them without gaps, else in scratch. classes: may
-/// be null if the labels are components. Needs no GIL.
+/// be null if the labels are components. weights: of label_weights_of(), or null; what has none is
+/// not unknown. Needs no GIL.
 [[nodiscard]] const std::uint8_t* components_of(const LabelsView& labels,
                                                 const DatasetClasses* classes,
+                                                const std::uint8_t* weights,
                                                 std::vector<std::uint8_t>& scratch,
                                                 UnknownRawIds& unknown);
 

@@ -171,8 +171,8 @@ a point has one label, with all of its weight.
 Refused points are counted in the report; a scan of more than max_points is sampled, with a UserWarning. The first scan that has no points,
 or whose points are all beyond max_range_m or left out, or with labels in no class, gets a UserWarning too; it is integrated even where
 warnings are errors. Raises TypeError iff an array is of another type; InputError iff of another shape, the layout of points or weights is
-unusable, the pose is not rigid or outside of the grid, a box of body holds the sensor, or raw ids are given and not known. The map is then
-unchanged. Raises Error iff a submap that has ended cannot be written; the scan is in the map, and the next one tries again. The GIL is
+unusable, the pose is not rigid or outside of the grid, a box of body holds the sensor, raw ids are given and not known, or probabilities of a
+point are negative, not finite or sum to over 1.002. The map is then unchanged. Raises Error iff a submap that has ended cannot be written; the scan is in the map, and the next one tries again. The GIL is
 released; the arrays must not be written to meanwhile.)";
 
 constexpr const char* kCorrect = R"(Moves the submaps to where a corrected trajectory has them.

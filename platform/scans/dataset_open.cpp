@@ -189,15 +189,18 @@ Outcome<std::size_t> Dataset::check_label_files(const std::string& folder,
   if (folder.empty()) return Failure{"the label folder has no name; " + remedy};
   TESSERA_TRY(require_folder("label folder", in_folder(dir_, folder), remedy));
   std::size_t labels = 0;
+  const Entry* compared = nullptr;  // The last scan with points.
   for (std::size_t i = 0; i < scans_.size(); ++i) {
     TESSERA_TRY_ASSIGN(const std::size_t here, check_label_file(label_file(i, folder)));
-    if (i > 0 && here != labels) {
+    if (scans_[i].points == 0) continue;
+    if (compared != nullptr && here != labels) {
       return Failure{fmt::format(
           "the label folder {} has {} with weights for each point of scan {}, and {} of scan {}; "
           "label all scans alike",
-          in_folder(dir_, folder), labels, scans_[i - 1].number, here, scans_[i].number)};
+          in_folder(dir_, folder), labels, compared->number, here, scans_[i].number)};
     }
     labels = here;
+    compared = &scans_[i];
   }
   return labels;
 }

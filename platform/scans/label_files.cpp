@@ -26,20 +26,23 @@ ScanFilePath path_of(const LabelFile& file, bool weighted) {
   return {file.dataset, file.folder, file.scan_number, weighted ? kWeightedSuffix : ".label"};
 }
 
-/// Labels of some points as a view of them, for best_label().
-struct PointLabels {
+/// Labels of some points as they were read.
+struct ReadLabels {
   std::array<std::uint8_t, kPointsPerChunk * kMostLabels> components;
   std::array<std::uint8_t, kPointsPerChunk * kMostLabels> weights;
 
+  /// The best ones, as the library sees them.
   void write_best(std::size_t labels, std::uint8_t unlabelled,
                   std::span<std::uint8_t> out) const noexcept {
     const ScanView view{.count = out.size(),
                         .components = components.data(),
                         .labels_per_point = labels,
                         .label_weights = weights.data()};
+    const PointLabeller labeller(view, unlabelled);
     for (std::size_t i = 0; i < out.size(); ++i) {
-      const std::uint8_t best = best_label(view, i);
-      out[i] = best == 0 ? unlabelled : best;
+      ScanPoint point;
+      static_cast<void>(labeller.label_best(i, point));
+      out[i] = point.component;
     }
   }
 };
@@ -74,7 +77,7 @@ Outcome<UnknownRawIds> read_label_file(const LabelFile& file, const DatasetClass
   TESSERA_TRY_ASSIGN(InputFile input, open_unchanged(path, file.points * labels * kBytesPerLabel));
   UnknownRawIds unknown;
   std::array<std::uint32_t, kPointsPerChunk * kMostLabels> words;
-  PointLabels read;
+  ReadLabels read;
   for (std::size_t done = 0; done < file.points;) {
     const std::size_t points = std::min(file.points - done, kPointsPerChunk);
     TESSERA_TRY(
@@ -107,8 +110,13 @@ Outcome<UnknownRawIds> read_label_file(const LabelFile& file, const DatasetClass
 
 Outcome<UnknownRawIds> read_best_labels(const LabelFile& file, const DatasetClasses& classes,
                                         std::span<std::uint8_t> components) {
-  TESSERA_TRY_ASSIGN(const std::size_t labels, check_label_file(file));
-  return read_label_file(file, classes, {.components = components, .weighted_labels = labels});
+  LabelRoom room{.components = components};
+  if (is_file(path_of(file, true))) {
+    const Outcome<std::size_t> labels = check_label_file(file);
+    if (!labels.ok()) return Failure{labels.failure().message, FailureKind::kFailure};
+    room.weighted_labels = *labels;
+  }
+  return read_label_file(file, classes, room);
 }
 
 }  // namespace tessera

@@ -28,13 +28,13 @@ struct LabelFile {
 /// The suffix of files with weights, which are read where a scan has both kinds.
 inline constexpr const char* kWeightedSuffix = ".topk";
 
-/// Checks the size of the file. Returns how many labels with weights each point has; 0: one without
-/// one. Fails with kUsage iff the scan has no such file, or one with another number of points or
-/// with more than kMostLabels for each.
+/// Checks the size of the file. Returns how many labels with weights each point has, 1 where there
+/// are no points; 0: one without one. Fails with kUsage iff the scan has no such file, or one with
+/// another number of points or with more than kMostLabels for each.
 Outcome<std::size_t> check_label_file(const LabelFile& file);
 
 /// Where to read labels to: components and weights of weighted_labels each for every point; weights
-/// empty: the heaviest of each point alone.
+/// empty: the best of each point alone, as PointLabeller has it.
 struct LabelRoom {
   std::span<std::uint8_t> components;
   std::span<std::uint8_t> weights{};
@@ -44,7 +44,7 @@ struct LabelRoom {
 /// changed its size, with kUsage iff a single label's weight is above 255.
 Outcome<UnknownRawIds> read_label_file(const LabelFile& file, const DatasetClasses& classes,
                                        const LabelRoom& room);
-/// The same of a file that was checked with another result not kept.
+/// The best labels of a file that was checked, of either kind. Fails as read_label_file().
 Outcome<UnknownRawIds> read_best_labels(const LabelFile& file, const DatasetClasses& classes,
                                         std::span<std::uint8_t> components);
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tessera/base/assert.hpp"
+
 namespace tessera {
 
 void UnknownRawIds::add(std::uint16_t raw_id) noexcept {
@@ -45,6 +47,7 @@ void Scan::reserve(std::size_t points, std::size_t weighted_labels) {
 }
 
 void Scan::become_cloud(const ScanView& view) {
+  TESSERA_ASSERT(view.labels_per_point == 1 && view.label_weights == nullptr);
   reserve(view.count);
   kind = ScanKind::kCloud;
   count = static_cast<std::uint32_t>(view.count);

@@ -109,7 +109,8 @@ class Scan {
   std::array<StampedPose, kMostPoses> pose_memory{};
   std::array<ScanImage, kMostCameras> image_memory{};
 
-  /// Becomes a cloud of these points, which may not be its own. Reserves memory for them.
+  /// Becomes a cloud of these points, of one label each, which may not be its own. Reserves memory
+  /// for them.
   void become_cloud(const ScanView& view);
   /// Clears what the members above say of another scan.
   void clear() noexcept;

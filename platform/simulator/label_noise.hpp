@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "simulator/lidar.hpp"
+#include "tessera/registration/label_limits.hpp"
 
 namespace tessera::street {
 
@@ -27,7 +28,7 @@ std::vector<std::uint16_t> predict_labels(std::uint64_t seed, const Viewpoint& v
 
 /// Labels that a network holds for likely, and how likely; the first is what it says.
 struct Belief {
-  static constexpr std::size_t kLabels = 3;
+  static constexpr std::size_t kLabels = kMostLabels;
   std::array<std::uint16_t, kLabels> ids{};
   std::array<float, kLabels> probabilities{};  ///< Falling; at most one in all.
 };

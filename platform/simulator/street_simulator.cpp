@@ -106,11 +106,11 @@ Outcome<StreetSimulator> StreetSimulator::make(const SimulatorConfig& config) {
   if (config.scans < 1 || config.scans > kMaxScans) {
     return Failure{between("scans", kMaxScans, config.scans)};
   }
-  if (config.weighted_labels < 0 || config.weighted_labels > 3) {
+  if (config.weighted_labels < 0 || config.weighted_labels > static_cast<int>(kMostLabels)) {
     return Failure{
-        fmt::format("the number of labels with weights must be 0 to 3, not {}; choose "
+        fmt::format("the number of labels with weights must be 0 to {}, not {}; choose "
                     "one in that range",
-                    config.weighted_labels)};
+                    kMostLabels, config.weighted_labels)};
   }
   return StreetSimulator(std::make_unique<const Street>(config));
 }

@@ -53,8 +53,10 @@ static void test_scans(void) {
   scan.label_weights = weights;
   scan.components = NULL;
   CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_integrate(robot, &scan, &report));
-  // As of an older program, whose struct ends before.
   scan.components = components;
+  scan.reserved = 1;
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_integrate(robot, &scan, &report));
+  // As of an older program, whose struct ends before.
   scan.struct_bytes = (uint32_t)offsetof(tessera_scan, label_weights);
   CHECK_STATUS(TESSERA_OK, tessera_integrate(robot, &scan, &report));
   CHECK(report.weighted_labels == 0 && report.unlabelled == 0);

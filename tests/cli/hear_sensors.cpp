@@ -43,11 +43,11 @@ void write_scan(const std::string& folder, int number, Scan& scan) {
 
 int hear(const std::string& folder, int count, std::int64_t seconds, int cameras) {
   SensorPortConfig config;
-  config.matcher.slot.weighted_labels = kMostLabels;
   config.matcher.sensors = {{0, MountedKind::kSemanticCloud}, {0, MountedKind::kRawCloud}};
   for (int camera = 0; camera < cameras; ++camera) config.matcher.cameras.push_back(camera);
   config.matcher.slot = {.points = 150'000,
-                         .image_pixels = cameras > 0 ? std::size_t{640} * 480 : 1};
+                         .image_pixels = cameras > 0 ? std::size_t{640} * 480 : 1,
+                         .weighted_labels = kMostLabels};
   // What was recorded is older than what sensors send.
   config.matcher.max_age_us = 3'600'000'000;
   Outcome<std::unique_ptr<SensorPort>> port = SensorPort::open(config);

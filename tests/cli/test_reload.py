@@ -102,7 +102,7 @@ class Reload(Faults):
         data = bytearray(self.a_status())
         at = len(STATUS)
         struct.pack_into(">i", data, at + 12, 9)
-        struct.pack_into(">q", data, at + 336 - 8, 3)
+        struct.pack_into(">q", data, at + 436 - 8, 3)
         self.assertEqual(("good", "no conflict heard"), self.contents())
         sending = threading.Event()
 

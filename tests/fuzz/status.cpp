@@ -27,8 +27,8 @@ using Status = std::vector<std::byte>;
 constexpr std::uint32_t kOwn = 1;
 constexpr std::size_t kMostKept = 16;
 constexpr std::size_t kRobotAt = 12;
-constexpr std::size_t kSessionAt = 336;
-constexpr std::size_t kSignatureAt = 348;
+constexpr std::size_t kSessionAt = 436;
+constexpr std::size_t kSignatureAt = 448;
 static_assert(kSessionAt == kTypedStatusBytes);
 
 std::uint32_t robot_of(Bytes status) {

@@ -3,6 +3,7 @@
 // Labels with weights: one label of weight one is the same map bit for bit, wrong ones lose
 // nothing, and what labels share adds up.
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "support/mapper.hpp"
 
@@ -129,6 +130,82 @@ TEST_CASE("weighted labels: all of a point's labels together weigh what one woul
             Approx(static_cast<double>(evidence.sigma[2]) * 128.0 / 255.0).epsilon(1e-5));
     REQUIRE(other.sigma[4] + other.sigma[5] > 0.0F);
   }
+}
+
+TEST_CASE("weighted labels: in compact counts what is small goes to the rest, and none is lost") {
+  const auto mode =
+      GENERATE(InferenceMode::kCounting, InferenceMode::kKernel, InferenceMode::kMultiEntropy);
+  MapConfig compact = uncapped_map(0.1);
+  compact.tuple = TuplePolicy::kCompact;
+  Cloud cloud;
+  cloud.add(2.05, 0.05, 0.05, 1);
+  cloud.labels_per_point = 3;
+  cloud.components = {2, 4, 5};
+  const int second = GENERATE(15, 16);
+  cloud.label_weights = {200, static_cast<std::uint8_t>(second), 15};
+  Mapper dense(uncapped_map(0.1), config_of(mode, 0.0), 5);
+  Mapper small(compact, config_of(mode, 0.0), 5);
+  static_cast<void>(dense.integrate(cloud));
+  static_cast<void>(small.integrate(cloud));
+  const Point3f p(2.05F, 0.05F, 0.05F);
+  const VoxelEvidence all = dense.map().evidence(p);
+  const VoxelEvidence kept = small.map().evidence(p);
+  const auto of_point = [](int weight) { return static_cast<float>(weight) / 255.0F; };
+  constexpr double kQuantum = 1.0 / 4096.0;
+  const auto is = [](float value, float wanted) {
+    return std::abs(static_cast<double>(value) - static_cast<double>(wanted)) <= kQuantum;
+  };
+  CHECK(is(all.sigma[4], of_point(second)));
+  CHECK(is(all.sigma[5], of_point(15)));
+  CHECK(is(all.sigma[6], of_point(40 - second)));
+  CHECK(all.rest == 0.0F);
+  CHECK(is(kept.sigma[2], of_point(200)));
+  CHECK(is(kept.sigma[4], second == 16 ? of_point(16) : 0.0F));
+  CHECK(kept.sigma[5] == 0.0F);
+  CHECK(kept.sigma[6] == 0.0F);
+  CHECK(is(kept.rest, of_point(second == 16 ? 39 : 55)));
+  CHECK(kept.total() == Approx(all.total()).margin(3 * kQuantum));
+
+  // The best label stays, however little it has.
+  cloud.label_weights = {1, 0, 0};
+  Mapper faint(compact, config_of(mode, 0.0), 5);
+  Mapper faint_dense(uncapped_map(0.1), config_of(mode, 0.0), 5);
+  static_cast<void>(faint.integrate(cloud));
+  static_cast<void>(faint_dense.integrate(cloud));
+  for (Mapper* const mapper : {&faint, &faint_dense}) CHECK(mapper->map().query(p).label == 2);
+}
+
+TEST_CASE("weighted labels: compact counts have the sums of the dense ones") {
+  const auto mode =
+      GENERATE(InferenceMode::kCounting, InferenceMode::kKernel, InferenceMode::kMultiEntropy);
+  Random random(announce_seed(704));
+  const CloudOptions options{.points = 600};
+  MapConfig compact = uncapped_map(0.1);
+  compact.tuple = TuplePolicy::kCompact;
+  Mapper dense(uncapped_map(0.1), config_of(mode, 0.1), options.classes);
+  Mapper small(compact, config_of(mode, 0.1), options.classes);
+  for (int scan = 0; scan < 3; ++scan) {
+    Cloud cloud = random_cloud(random, options);
+    share_labels(random, options.classes, cloud);
+    static_cast<void>(dense.integrate(cloud));
+    static_cast<void>(small.integrate(cloud));
+  }
+  const std::map<Voxel, VoxelEvidence> found = observed_voxels(small.map());
+  double rests = 0.0;
+  std::size_t checked = 0;
+  for (const auto& [voxel, evidence] : observed_voxels(dense.map())) {
+    const auto other = found.find(voxel);
+    if (other == found.end()) {
+      CHECK(evidence.total() < 0.01);  // Less than half a quantum of each class.
+      continue;
+    }
+    // Half a quantum for each class of each scan.
+    REQUIRE(other->second.total() == Approx(evidence.total()).margin(3 * 7 * 0.5 / 4096.0));
+    rests += static_cast<double>(other->second.rest);
+    ++checked;
+  }
+  CHECK(checked > 500);
+  CHECK(rests > 10.0);
 }
 
 }  // namespace tessera::oracle

@@ -59,7 +59,7 @@ def test_wrong_label_weights_are_refused_or_counted(small, wall):
             small.integrate(points, table, label_weights=wrong)
     with pytest.raises(TypeError, match="label_weights is of int64"):
         small.integrate(points, table, label_weights=half.astype(np.int64))
-    for weights in (half[:, 0], half[:-1], np.full((len(points), 3), 0.1, np.float32)):
+    for weights in (half[:, 0], half[:-1], np.zeros((), np.float32), half[:, 0].copy(), np.full((len(points), 3), 0.1, np.float32)):
         with pytest.raises(tessera.InputError, match="label_weights has the shape"):
             small.integrate(points, table, label_weights=weights)
     with pytest.raises(tessera.InputError, match="label_weights has the shape"):
@@ -68,6 +68,16 @@ def test_wrong_label_weights_are_refused_or_counted(small, wall):
         small.integrate(points, table)
     with pytest.raises(tessera.InputError, match="labels has the shape"):
         small.integrate(points, np.stack([labels] * 4, 1), label_weights=np.full((len(points), 4), 0.1, np.float32))
+    # Broadcast arrays have a step of 0.
+    wide = np.broadcast_to(labels[:, None], (len(labels), 3))
+    with pytest.raises(tessera.InputError, match="label_weights has the shape"):
+        small.integrate(points, wide, label_weights=np.zeros(len(points), np.uint8))
+    assert small.integrate(points, wide, label_weights=np.full(wide.shape, 85, np.uint8)).weighted_labels == 0
+    # What has no weight may be anything.
+    raw = np.stack([np.full(len(points), 10, np.uint32), np.full(len(points), 0xFFFF, np.uint32)], 1)
+    none = np.tile(np.uint8([255, 0]), (len(points), 1))
+    assert small.integrate(points, raw, label_weights=none).unknown_ids == 0
+    small.integrate(points, np.stack([labels, labels * 0 + 255], 1), label_weights=none)
     over = np.full(table.shape, 128, np.uint8)
     over[2:] = 127
     report = small.integrate(points, table, label_weights=over)

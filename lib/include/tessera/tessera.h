@@ -73,8 +73,9 @@ tessera_status tessera_used_bytes(const tessera_robot* robot, uint64_t* bytes);
 /// bounded by the work budget, or by due_us; docs/measured/timing.md.
 tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
                                  tessera_scan_report* report);
-/// The probabilities of a point's labels, at most three, as weights for tessera_scan.label_weights.
-/// TESSERA_INVALID_ARGUMENT iff one is negative or not finite, or they sum to over 1.002.
+/// The probabilities of a point's labels as weights for tessera_scan.label_weights, which sum to
+/// their rounded sum. TESSERA_INVALID_ARGUMENT iff one is negative or not finite, they sum to over
+/// 1.002 (the weights are 0 then), there are more than three, or an array is NULL.
 tessera_status tessera_label_weights(const float* probabilities, uint32_t labels, uint8_t* weights);
 /// Another work budget for scans from now on; 0: no limit.
 tessera_status tessera_set_work_budget(tessera_robot* robot, uint64_t work);

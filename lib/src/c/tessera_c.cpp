@@ -135,7 +135,8 @@ tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
                       given.count <= UINT32_MAX;
   const std::uint32_t labels = given.labels_per_point == 0 ? 1 : given.labels_per_point;
   const bool labelled = labels <= kMostLabels && (labels == 1 || given.label_weights != nullptr) &&
-                        (given.label_weights == nullptr || given.components != nullptr);
+                        (given.label_weights == nullptr || given.components != nullptr) &&
+                        given.reserved == 0;
   if (!points || !labelled || !is_time(given.now_us) || !is_time(given.due_us) ||
       (given.due_us != 0 && robot->callbacks.now_us == nullptr))
     return TESSERA_INVALID_ARGUMENT;

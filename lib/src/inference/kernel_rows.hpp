@@ -47,8 +47,6 @@ struct KernelRowsDone {
   std::uint64_t components = 0;  ///< A bit each.
 };
 
-/// Label weight of a point with one label (ScanPoint::label_weights).
-inline constexpr std::uint32_t kAllOfPoint = 255;
 /// The planes that a point adds to, and how much of what it contributes.
 struct RowPlanes {
   float* first = nullptr;  ///< All of it, if labels is 0.
@@ -117,7 +115,7 @@ template <class Row>
       touched |= std::uint64_t{row.within(z)} << static_cast<unsigned>(kRowVoxels * z);
     if (touched == 0) continue;
     RowPlanes planes{.first = rows.planes + std::ptrdiff_t{point.component} * kStripPlane};
-    if (point.label_weights != kAllOfPoint) {
+    if (point.label_weights != kOneLabel) {
       for_labels(point, [&](std::uint8_t component, std::uint8_t label_weight) {
         planes.of_label[planes.labels] = rows.planes + std::ptrdiff_t{component} * kStripPlane;
         planes.share[planes.labels++] = share_of(label_weight);

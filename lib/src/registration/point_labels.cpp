@@ -128,15 +128,4 @@ Labelling PointLabeller::label_weighted(std::size_t i, ScanPoint& point) const n
   return list.give(unlabelled_, point) ? Labelling::kLabelled : Labelling::kUnlabelled;
 }
 
-std::uint8_t best_label(const ScanView& scan, std::size_t i) noexcept {
-  const std::uint8_t* const components = scan.components + i * scan.labels_per_point;
-  if (scan.label_weights == nullptr) return components[0];
-  const std::uint8_t* const weights = scan.label_weights + i * scan.labels_per_point;
-  std::size_t best = 0;
-  for (std::size_t j = 1; j < scan.labels_per_point; ++j) {
-    if (weights[j] > weights[best]) best = j;
-  }
-  return weights[best] == 0 ? std::uint8_t{0} : components[best];
-}
-
 }  // namespace tessera

@@ -7,6 +7,7 @@
 
 #include "sample_dataset.hpp"
 #include "scans/dataset.hpp"
+#include "support/read_scan.hpp"
 
 namespace tessera {
 namespace {
@@ -176,6 +177,18 @@ TEST_CASE("Dataset: labels with weights, of one number for every point of a fold
   sample.write_weighted_labels("topk", 1, {40, 40});
   CHECK_THAT(refusal(sample.dir(), topk),
              Contains("2 with weights for each point of scan 0, and 1 of scan 1"));
+  for (int empty = 0; empty < 3; ++empty) {
+    const SampleDataset with_gap;
+    for (int scan = 0; scan < 3; ++scan) {
+      const auto points = scan == empty ? 0U : static_cast<std::size_t>(scan) + 1;
+      if (points == 0) with_gap.write_points(scan, {});
+      with_gap.write_weighted_labels("topk", scan, std::vector<std::uint32_t>(3 * points, 40));
+    }
+    const Outcome<Dataset> dataset = Dataset::open(with_gap.dir(), topk);
+    REQUIRE(dataset.ok());
+    CHECK(dataset->weighted_labels() == 3);
+    for (std::size_t scan = 0; scan < 3; ++scan) CHECK(test::read_scan(*dataset, scan).ok());
+  }
   for (const std::size_t labels : {0U, 1U, 3U, 5U, 7U, 8U, 10U}) {
     sample.write_weighted_labels("topk", 1, std::vector<std::uint32_t>(labels, 40));
     CHECK_THAT(refusal(sample.dir(), topk),

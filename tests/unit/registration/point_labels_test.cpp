@@ -145,6 +145,9 @@ TEST_CASE("PointLabeller: a class that is named twice is one label, and what is 
   CHECK(labelled({2, 1, 2}, {60, 100, 95}, 3).weights == Bytes{155, 100});
   CHECK(labelled({2, 1, 2}, {60, 100, 95}, 3).components == Bytes{2, 1});
   CHECK(labelled({2, 2, 2}, {85, 85, 85}, 3).components == Bytes{2});
+  CHECK(labelled({5, 5, 1}, {155, 100, 0}, 3).weights == Bytes{255});
+  CHECK(labelled({5, 1, 5}, {150, 5, 100}, 3).weights == Bytes{250, 5});
+  CHECK(labelled({1, 5, 5}, {100, 80, 75}, 3).components == Bytes{5, 1});
   const Labelled unknown = labelled({0, 1, 99}, {100, 50, 105}, 3);
   CHECK(unknown.components == Bytes{1});
   CHECK(unknown.weights == Bytes{50});
@@ -164,20 +167,6 @@ TEST_CASE("PointLabeller: wrong weights make a point unlabelled, and say so") {
   const ScanView none{.count = 1, .components = component.data(), .labels_per_point = 0};
   ScanPoint point;
   CHECK(PointLabeller(none, kUnlabelled).label(0, point) == Labelling::kWrong);
-}
-
-TEST_CASE(
-    "best_label: the heaviest of a point's own, among equals the first, none without a weight") {
-  const Bytes components{1, 2, 3, 4, 5, 1, 2, 3, 1};
-  const Bytes weights{10, 20, 30, 50, 50, 50, 0, 0, 0};
-  const ScanView view{.count = 3,
-                      .components = components.data(),
-                      .labels_per_point = 3,
-                      .label_weights = weights.data()};
-  CHECK(best_label(view, 0) == 3);
-  CHECK(best_label(view, 1) == 4);
-  CHECK(best_label(view, 2) == 0);
-  CHECK(best_label({.count = 9, .components = components.data()}, 4) == 5);
 }
 
 }  // namespace tessera

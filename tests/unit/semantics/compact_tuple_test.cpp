@@ -228,4 +228,26 @@ TEST_CASE("CompactTuple: counts that it cannot have are told") {
 }
 
 }  // namespace
+TEST_CASE("compact tuple: plane 0 of what is added goes to the rests, up to what they hold") {
+  alignas(64) std::array<std::byte, CompactTuple::kOctetBytes> octet{};
+  const CompactTuple tuple(kQuanta);
+  OctetEvidence added;
+  added.plane(3)[2] = 5.0F;
+  added.plane(0)[2] = 1.5F;
+  added.plane(0)[7] = 200.0F;  // More than a count holds.
+  REQUIRE(added.has_rest());
+  for (int times = 1; times <= 2; ++times) {
+    const CompactTuple::Plane sums = tuple.add(octet.data(), added);
+    CHECK(sums[2] == 6.5F * static_cast<float>(times));
+    VoxelEvidence evidence{.num_components = kComponents};
+    tuple.read(octet.data(), 2, evidence);
+    CHECK(evidence.sigma[3] == 5.0F * static_cast<float>(times));
+    CHECK(evidence.sigma[0] == 0.0F);
+    CHECK(evidence.rest == 1.5F * static_cast<float>(times));
+    VoxelEvidence full{.num_components = kComponents};
+    tuple.read(octet.data(), 7, full);
+    CHECK(full.rest == static_cast<float>(kMost) / kQuanta);
+  }
+}
+
 }  // namespace tessera

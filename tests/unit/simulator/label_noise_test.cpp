@@ -121,7 +121,7 @@ TEST_CASE("Labels with weights: the first is the prediction, and none are left o
                 (j == 0 || scan.beliefs[k * i + j] >> 16U <= scan.beliefs[k * i + j - 1] >> 16U);
       }
       wrong +=
-          (scan.beliefs[k * i] & 0xffffU) == scan.predictions[i] && falls && sum <= 255 ? 0 : 1;
+          (scan.beliefs[k * i] & 0xffffU) == scan.predictions[i] && falls && sum <= 255 ? 0U : 1U;
     }
     CHECK(wrong == 0);
   }

@@ -44,11 +44,11 @@ typedef struct tessera_scan {
   double T_body_sensor[12];  ///< sensor to body, for tessera_config.body; all 0: the same
   const uint8_t* no_return;  ///< not 0: nothing came back from the point's direction; NULL: all did
 
-  /// 255ths of a point's weight for each label, at most 255 a point; what is left is unlabelled.
-  /// NULL: a point has one label, with all of its weight
+  /// 255ths of a point's weight for each label; what they leave of 255 is unlabelled, and so is a
+  /// point of more. NULL: a point has one label, with all of its weight
   const uint8_t* label_weights;
   uint32_t labels_per_point;  ///< 1 .. 3, of which components has one after the other; 0: 1
-  uint32_t reserved;
+  uint32_t reserved;          ///< 0
 } tessera_scan;
 
 /// The least struct_bytes that is taken: what programs of version 1 have.

@@ -55,9 +55,14 @@ class PointLabeller {
     const std::uint8_t* const components = components_ + i * labels_;
     const std::uint8_t* const weights = weights_ + i * labels_;
     static_assert(kMostLabels == 3);
-    const unsigned others = (labels_ > 1 ? weights[1] : 0U) + (labels_ > 2 ? weights[2] : 0U);
+    const unsigned second = labels_ > 1 ? weights[1] : 0U;
+    const unsigned third = labels_ > 2 ? weights[2] : 0U;
     const std::uint8_t first = class_of_[components[0]];
-    if (first == 0 || weights[0] <= others || weights[0] + others > kOneLabel)
+    // A class that is named twice may have all of the weight.
+    const bool again =
+        (second != 0 && components[1] == first) || (third != 0 && components[2] == first);
+    if (first == 0 || weights[0] <= second + third || weights[0] + second + third > kOneLabel ||
+        again)
       return label_weighted(i, point);
     point.component = first;
     point.label_weights = weights[0];
@@ -81,9 +86,5 @@ class PointLabeller {
   std::uint8_t unlabelled_;
   Kind kind_ = Kind::kNone;
 };
-
-/// The heaviest label of number i of scan, among equals the first; 0: it has none with a weight.
-/// scan: with components. O(labels_per_point).
-[[nodiscard]] std::uint8_t best_label(const ScanView& scan, std::size_t i) noexcept;
 
 }  // namespace tessera

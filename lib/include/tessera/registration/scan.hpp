@@ -14,6 +14,7 @@
 #include "tessera/base/robot_body.hpp"
 #include "tessera/base/status.hpp"
 #include "tessera/grid/lattice.hpp"
+#include "tessera/registration/label_limits.hpp"
 
 namespace tessera {
 
@@ -54,16 +55,12 @@ struct ScanView {
   /// there. With Carving::kImage alone.
   std::span<WatchedPoint> watched{};
   std::size_t labels_per_point = 1;  ///< 1 .. kMostLabels.
-  /// Of each of components, in 255ths of the point's weight. The rest of a point's is unlabelled;
-  /// one whose labels sum to over 255 is unlabelled whole, and counted. null: of one label a point,
-  /// which has all of it.
+  /// Of each of components, in 255ths of the point's weight. The rest of a point's is unlabelled:
+  /// in a map of compact counts it goes to their rest, in one of dense counts to C + 1. A point
+  /// whose labels sum to over 255 is unlabelled whole, and counted. null: each point has one label,
+  /// with all of its weight.
   const std::uint8_t* label_weights = nullptr;
 };
-
-/// Labels that a point can have. As many classes as a voxel keeps apart (CompactTuple::kSlots).
-inline constexpr std::size_t kMostLabels = 3;
-/// The weight of a label that has all of its point's.
-inline constexpr std::uint8_t kOneLabel = 255;
 
 /// The largest weight of a point, so that no sum of a scan comes near a float's limit.
 inline constexpr float kMaxWeight = 1e6F;

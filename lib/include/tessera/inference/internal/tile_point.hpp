@@ -5,6 +5,8 @@
 
 #include <cstdint>
 
+#include "tessera/registration/label_limits.hpp"
+
 namespace tessera {
 
 /// A point in tile-local coordinates: voxels from the tile's corner.
@@ -19,7 +21,7 @@ struct TilePoint {
   std::uint8_t third = 0;
   std::uint8_t fourth = 0;
   /// In the same order, a byte each from the lowest: 255ths, 0 after the last, 255 in all.
-  std::uint32_t label_weights = 255;
+  std::uint32_t label_weights = kOneLabel;
 };
 
 /// Calls visit(component, weight in 255ths) for each label of a point, the best first. Visit: a
@@ -36,7 +38,7 @@ template <class Visit>
 }
 /// The share of a point's contribution that a label of that weight has.
 [[gnu::always_inline]] inline float share_of(std::uint8_t weight) noexcept {
-  return static_cast<float>(weight) * (1.0F / 255.0F);
+  return static_cast<float>(weight) * (1.0F / static_cast<float>(kOneLabel));
 }
 
 }  // namespace tessera
