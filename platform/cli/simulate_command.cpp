@@ -14,6 +14,7 @@
 #include "cli/setting_options.hpp"
 #include "simulator/dataset_writer.hpp"
 #include "simulator/street_simulator.hpp"
+#include "tessera/registration/label_limits.hpp"
 
 namespace tessera {
 

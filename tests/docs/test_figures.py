@@ -136,7 +136,8 @@ class Memory(PageCase):
                 self.check(by_image, self.is_[name + "image"])
                 self.check(by_rays, self.is_[name + "rays"])
                 # The formula above it.
-                labels = 3 * rounded_up(32 * p) + 64 * (t // 4 + 2) + rounded_up(104 * t) + rounded_up(20 * p) + rounded_up(16 * p) + 2112
+                points = 2 * rounded_up(36 * p) + rounded_up(32 * p) + rounded_up(24 * p) + rounded_up(16 * p)
+                labels = points + 64 * (t // 4 + 2) + rounded_up(104 * t) + 2112
                 blocks = 64 * (r // 4 + 2) + rounded_up(152 * r) + 16384
                 rays = rounded_up(4 * (r + 1)) + 884736
                 self.assertEqual(self.is_[name + "without"], labels)
