@@ -182,8 +182,10 @@ TEST_CASE("weighted labels: compact counts have the sums of the dense ones") {
   const CloudOptions options{.points = 600};
   MapConfig compact = uncapped_map(0.1);
   compact.tuple = TuplePolicy::kCompact;
-  Mapper dense(uncapped_map(0.1), config_of(mode, 0.1), options.classes);
-  Mapper small(compact, config_of(mode, 0.1), options.classes);
+  InferenceConfig config = config_of(mode, 0.1);
+  config.free_space.enabled = false;
+  Mapper dense(uncapped_map(0.1), config, options.classes);
+  Mapper small(compact, config, options.classes);
   for (int scan = 0; scan < 3; ++scan) {
     Cloud cloud = random_cloud(random, options);
     share_labels(random, options.classes, cloud);

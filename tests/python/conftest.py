@@ -14,7 +14,7 @@ import pytest
 import tessera
 
 RESOLUTION_M = 0.2
-MEMORY_BYTES = 128 << 20
+MEMORY_BYTES = 144 << 20
 # As the command is told.
 OPTIONS = ("--resolution", str(RESOLUTION_M), "--memory", str(MEMORY_BYTES))
 

@@ -53,6 +53,7 @@ inline tessera_semantic_cloud sample_cloud(std::int32_t points, bool weights, bo
   cloud.count = points;
   cloud.coordinates = 3 * points;
   cloud.components = points;
+  cloud.label_weights = 0;
   cloud.weights = weights ? points : 0;
   cloud.times = times ? points : 0;
   cloud.no_returns = weights ? points : 0;  // whatever has one has the other

@@ -43,7 +43,8 @@ class RandomSums {
             .component = kRows * kRow,
             .components = components_,
             .touched = touched_.data(),
-            .touched_stride = 1};
+            .touched_stride = 1,
+            .has_rest = (components_ & 1U) != 0};
   }
 
  private:
