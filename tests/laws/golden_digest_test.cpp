@@ -20,6 +20,8 @@ struct Golden {
   std::uint64_t digest;
   std::uint64_t by_rows;
   Carving carving = Carving::kRays;
+  bool weighted = false;  ///< Points have three labels with weights.
+  TuplePolicy tuple = TuplePolicy::kDense;
 };
 
 struct Digests {
@@ -42,6 +44,7 @@ Digests digests_of_scans(const Golden& golden, std::uint64_t hash_seed) {
   map.max_evidence = 30.0F;
   map.free_weight = 0.4F;
   map.hash_seed = hash_seed;
+  map.tuple = golden.tuple;
   Mapper mapper(map, config, 6);
   Random random(7300);
   for (int scan = 0; scan < 2; ++scan) {
@@ -62,6 +65,7 @@ Digests digests_of_scans(const Golden& golden, std::uint64_t hash_seed) {
           cloud.add(u, random.uniform(-14, 14), v, label, weight);
       }
     }
+    if (golden.weighted) share_labels(random, 6, cloud);
     Matrix34d T_map_sensor;  // a turn by the angle of the 3-4-5 triangle
     T_map_sensor << 0.8, -0.6, 0.0, 1.23 * scan, 0.6, 0.8, 0.0, -0.77, 0.0, 0.0, 1.0, 0.5;
     REQUIRE(mapper.integrate(cloud, T_map_sensor).left_out() == 0);
@@ -70,7 +74,7 @@ Digests digests_of_scans(const Golden& golden, std::uint64_t hash_seed) {
   return {digest(mapper.map(), workspace), digest_by_rows(mapper.map())};
 }
 
-constexpr std::array<Golden, 11> kGolden{{
+constexpr std::array<Golden, 14> kGolden{{
     {InferenceMode::kCounting, ThinningWeight::kMean, false, 0xf7bdef67ace907c0U,
      0xed39d1d483ad2b32U},
     {InferenceMode::kCounting, ThinningWeight::kMean, true, 0x71eb3030312c239fU,
@@ -92,6 +96,12 @@ constexpr std::array<Golden, 11> kGolden{{
      0x52a958e2530441cfU, Carving::kImage},
     {InferenceMode::kMultiEntropy, ThinningWeight::kSum, true, 0x6a04af92b6597e3bU,
      0xfaa6fd6552b7e251U, Carving::kImage},
+    {InferenceMode::kCounting, ThinningWeight::kMean, false, 0xf4310364bfbd131eU,
+     0x4e4b8908a1626eb2U, Carving::kRays, true, TuplePolicy::kCompact},
+    {InferenceMode::kKernel, ThinningWeight::kSum, false, 0x59d941435a883255U, 0x7a7bae50f3d35fb1U,
+     Carving::kRays, true, TuplePolicy::kDense},
+    {InferenceMode::kMultiEntropy, ThinningWeight::kMean, true, 0xfd525c6a14675caaU,
+     0xf6c10e66000a8be6U, Carving::kImage, true, TuplePolicy::kCompact},
 }};
 
 }  // namespace
