@@ -40,7 +40,7 @@ double effective_number(double total, double resolution_m) {
 
 /// The probabilities; the last one is of the rest.
 std::vector<double> by_hand(const VoxelEvidence& evidence, double resolution_m, double prior) {
-  constexpr double kWorth[] = {1.0, 1.0, 0.75, 0.375, 0.75, 0.75};
+  constexpr double kWorth[] = {1.0, 1.0, 0.75, 0.375, 0.125, 0.125};
   const double total = evidence.total();
   const double n = effective_number(total, resolution_m);
   std::vector<double> weights;

@@ -147,7 +147,7 @@ class CountSummary {
       weights[i] = weight_of(counts_[i], reading.worth(components_[i]));
       sum += weights[i];
     }
-    return rest_ > 0.0F ? sum + weight_of(rest_, Reading::kUsual) : sum;
+    return rest_ > 0.0F ? sum + weight_of(rest_, Reading::kNoClass) : sum;
   }
 
   int num_components_;

@@ -42,6 +42,9 @@ class Reading {
   static constexpr double kPlain = 1.0;
   static constexpr double kUsual = 0.75;
   static constexpr double kDoubtful = 0.375;
+  /// Of evidence of no class: what is unlabelled, and the rest, which is of many. It is no answer
+  /// that a label has to beat.
+  static constexpr double kNoClass = 0.125;
 
   /// Shares of the counts, without a prior.
   constexpr Reading() noexcept = default;
@@ -50,7 +53,8 @@ class Reading {
                     const ClassTable& classes) noexcept
       : prior_(prior),
         density_(kDensityLength_m / resolution_m),
-        effective_(of == Probabilities::kEffective && prior > 0.0) {
+        effective_(of == Probabilities::kEffective && prior > 0.0),
+        no_class_(std::uint64_t{1} << static_cast<unsigned>(classes.unlabelled())) {
     for (int label = 1; label <= classes.num_classes(); ++label) {
       const double worth = worth_by_name(classes[label].name_view());
       const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(label);
@@ -78,6 +82,7 @@ class Reading {
     const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(component);
     return (plain_ & bit) != 0 || component == 0 ? kPlain
            : (doubtful_ & bit) != 0              ? kDoubtful
+           : (no_class_ & bit) != 0              ? kNoClass
                                                  : kUsual;
   }
 
@@ -103,6 +108,7 @@ class Reading {
   double prior_ = 0.0;
   double density_ = 1.0;
   bool effective_ = false;
+  std::uint64_t no_class_ = 0;
   std::uint64_t plain_ = 0;
   std::uint64_t doubtful_ = 0;
 };
