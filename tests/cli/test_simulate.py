@@ -50,7 +50,7 @@ class Simulate(CommandCase):
                       "--report", "simulate.json")
         config = json.loads((self.folder / "simulate.json").read_text())["config"]
         self.assertEqual({"scene": "street", "robots": 2, "scans": 1, "seed": (1 << 64) - 1, "out": "street",
-                          "pose_error": 0.5, "rotation_error": 2.0, "cameras": "off", "sweep": "off",
+                          "pose_error": 0.5, "rotation_error": 2.0, "cameras": "off", "sweep": "off", "topk": 0,
                           "report": "simulate.json"}, config)
 
     def test_a_report_does_not_replace_what_is_simulated(self):
