@@ -17,15 +17,13 @@ class WeightedPair(street.Pair):
     def study(self, labels):
         """The maps of one kind of labels. They are judged on the same points: where both maps of the best labels have some."""
         made = self.map_all(self.robots, f"{self.name}_{labels}", labels=LABELS[labels])
-        reports = self.reports
         rows = {"local_a": self.judge_local(0, made, f"{self.name}_{labels}"),
                 "local_b": self.judge_local(1, made, f"{self.name}_{labels}"),
                 "contractive": self.judge_global(labels, made)}
         return {"rows": {name: {key: row[key] for key in ("mean_iou", "calibration_error", "brier_score", "input_mean_iou")}
                          for name, row in rows.items()},
-                "scan_ms": statistics.mean(report["totals"]["median_ms"] for report in reports),
-                "used_bytes": sum(report["memory"]["used_bytes"] for report in reports),
-                "label_voxels": sum(report["memory"]["label_voxels"] for report in reports)}
+                "scan_ms": statistics.mean(report["totals"]["median_ms"] for report in self.reports),
+                "used_bytes": sum(report["memory"]["used_bytes"] for report in self.reports)}
 
 
 def measure(workshop, plan):
@@ -37,7 +35,7 @@ def measure(workshop, plan):
 
 
 def gains(row):
-    """Of each map: points of mIoU, and how much smaller calibration error and Brier score are, by three labels over one."""
+    """Of each map: points of mIoU by three labels over one; calibration error and Brier score of one, and of three."""
     for name in MAPS:
         best, three = row["best"]["rows"][name], row["three"]["rows"][name]
         yield (name, 100.0 * (three["mean_iou"] - best["mean_iou"]), best["calibration_error"], three["calibration_error"],

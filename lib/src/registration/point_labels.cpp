@@ -2,11 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/registration/point_labels.hpp"
 
-#include <bit>
-#include <utility>
-
-#include "tessera/semantics/class_table.hpp"
-
 namespace tessera {
 
 namespace {
