@@ -44,6 +44,7 @@ Outcome<std::unique_ptr<PublishedMap>> published_map(const Robot& robot) {
     octets += read(key) ? static_cast<std::size_t>(std::popcount(content.label_octets())) : 0;
   MapConfig config = robot.map().config();
   config.tuple = TuplePolicy::kCompact;
+  config.label_votes = false;
   const std::size_t of_block =
       sizeof(Block) + kBlockLayers * (sizeof(LabelPage) + sizeof(FreePage));
   const std::size_t octet_bytes = TupleStore::octet_bytes(config.tuple, components);

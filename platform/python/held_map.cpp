@@ -107,7 +107,9 @@ std::shared_ptr<HeldLocalMap> HeldLocalMap::load(const std::string& path, MapOpt
     throw InputError(path + " has other classes than those given; leave classes out");
   adopt_fixed_settings(header, options);
   MapSetup setup = value_of(set_up(options));
+  const bool votes = setup.map.label_votes;  // of the inference, not of the file
   setup.map = header.config;
+  setup.map.label_votes = votes;
   auto parts = make_parts(options, setup, classes.value_or(Classes{header.classes, nullptr}),
                           header.identity, max_points);
   const bool whole = [&] {

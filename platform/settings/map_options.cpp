@@ -9,6 +9,7 @@ MapOptions MapOptions::complete() const {
   const auto set = [](auto& value, auto otherwise) { value = value.value_or(otherwise); };
   set(o.resolution_m, 0.1);
   if (is_kernel()) set(o.kernel_length_m, 0.5);
+  if (inference == InferenceMode::kLattice) set(o.kernel_length_m, 0.8);
   set(o.prior, 0.001);
   set(o.downsample_m, *o.resolution_m);
   set(o.thinning_weight, is_kernel() ? ThinningWeight::kSum : ThinningWeight::kMean);

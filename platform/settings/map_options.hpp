@@ -56,7 +56,8 @@ struct MapOptions : SourceOptions {
 
 template <>
 inline constexpr std::array kChoicesOf<InferenceMode>{
-    InferenceMode::kMultiEntropy, InferenceMode::kKernel, InferenceMode::kCounting};
+    InferenceMode::kMultiEntropy, InferenceMode::kLattice, InferenceMode::kKernel,
+    InferenceMode::kCounting};
 template <>
 inline constexpr std::array kChoicesOf<Carving>{Carving::kImage, Carving::kRays};
 template <>
@@ -75,10 +76,12 @@ inline constexpr Setting kMapRows[] = {
                                 "How a point gives evidence to the voxels around it"),
     row<&MapOptions::kernel_length_m>(
         {"--kernel-length", "map", "kernel_length_m"},
-        "Length D of the mode kernel; for that mode only",
+        "Length D of the mode kernel, or of lattice how far labels reach; for these modes only",
         {.value = "M",
-         .otherwise = "0.5",
-         .allowed = {.least = 0.0, .above = true, .words = "metres from 0.5 to 32 voxels"}}),
+         .otherwise = "0.5; lattice: 0.8",
+         .allowed = {.least = 0.0,
+                     .above = true,
+                     .words = "metres from 0.5 to 32 voxels; lattice: from 0.001 to 1000"}}),
     row<&MapOptions::prior>(
         {"--prior", "map", "prior"}, "Prior sigma_0 of every component",
         {.value = "P", .otherwise = "0.001", .allowed = from_to(0.0, 1e6), .fixed = true}),

@@ -27,6 +27,7 @@ Outcome<void> set_up_map(const MapOptions& o, MapConfig& map) {
   map.prior = *o.prior;
   map.probabilities =
       o.inference == InferenceMode::kCounting ? Probabilities::kShares : Probabilities::kEffective;
+  map.label_votes = o.inference == InferenceMode::kLattice;
   map.max_evidence = static_cast<float>(most);
   map.free_weight = static_cast<float>(*o.free_weight);
   return {};
@@ -103,9 +104,16 @@ Outcome<void> set_up_mode(const MapOptions& o, InferenceConfig& inference) {
   inference.thinning_weight = *o.thinning_weight;
   if (!o.kernel_length_m) return {};
   const SettingName& length = kMapSettings["--kernel-length"];
-  if (!o.is_kernel())
+  const bool lattice = o.inference == InferenceMode::kLattice;
+  if (!o.is_kernel() && !lattice)
     return Failure{Message(length) + " applies to " + kMapSettings["--inference"] +
-                   " kernel only; leave it out, or choose that mode"};
+                   " kernel and lattice; leave it out, or choose one of these modes"};
+  if (lattice) {
+    if (!(*o.kernel_length_m >= 0.001 && *o.kernel_length_m <= 1000.0))
+      return refused(length, *o.kernel_length_m, "metres from 0.001 to 1000");
+    inference.lattice.reach_m = static_cast<float>(*o.kernel_length_m);
+    return {};
+  }
   const double voxels = *o.kernel_length_m / *o.resolution_m;
   if (!(voxels >= 0.5 && voxels <= 32.0))
     return refused(length, *o.kernel_length_m, "metres from 0.5 to 32 voxels");

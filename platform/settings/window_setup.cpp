@@ -9,7 +9,8 @@ namespace tessera {
 SlabPool::Counts half_of_storage(const MapSetup& setup) {
   constexpr std::size_t kOctetBytes = 512;
   SlabPool::Counts counts = WindowConfig{}.reserve;
-  const std::size_t bytes = counts[0] * sizeof(Block) + counts[1] * sizeof(LabelPage) +
+  const std::size_t bytes = counts[0] * sizeof(Block) +
+                            counts[1] * label_page_bytes(setup.map.label_votes) +
                             counts[2] * sizeof(FreePage) + counts[3] * kOctetBytes;
   const double times =
       static_cast<double>(setup.map.storage_bytes / 2) / static_cast<double>(bytes);

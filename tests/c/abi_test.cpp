@@ -45,6 +45,7 @@ static_assert(TESSERA_BUSY == number(Status::kBusy));
 static_assert(TESSERA_COUNTING == number(InferenceMode::kCounting));
 static_assert(TESSERA_KERNEL == number(InferenceMode::kKernel));
 static_assert(TESSERA_MULTI_ENTROPY == number(InferenceMode::kMultiEntropy));
+static_assert(TESSERA_LATTICE == number(InferenceMode::kLattice));
 static_assert(TESSERA_DENSE == number(TuplePolicy::kDense));
 static_assert(TESSERA_COMPACT == number(TuplePolicy::kCompact));
 static_assert(TESSERA_THINNING_MEAN == number(ThinningWeight::kMean));

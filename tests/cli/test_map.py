@@ -68,7 +68,7 @@ class Options(MapCase):
 
     def test_kernel_length_needs_the_kernel_mode(self):
         self.map_refused(self.data, "--inference", "multi-entropy", "--kernel-length", "0.3",
-                         saying=("--kernel-length", "kernel only"))
+                         saying=("--kernel-length", "kernel and lattice"))
         self.map_refused(self.data, "--kernel-length", "0.3", saying=("--kernel-length",))
 
     def test_kernel_length_out_of_range(self):

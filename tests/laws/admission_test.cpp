@@ -128,17 +128,16 @@ void check_law(const Setting& setting, bool free_space, std::uint64_t seed, Tall
   }
 }
 
-const std::vector<Setting> kSettings{{InferenceMode::kCounting, 2},
-                                     {InferenceMode::kKernel, 2},
-                                     {InferenceMode::kMultiEntropy, 1},
-                                     {InferenceMode::kMultiEntropy, 2},
-                                     {InferenceMode::kMultiEntropy, 4}};
+const std::vector<Setting> kSettings{
+    {InferenceMode::kCounting, 2},     {InferenceMode::kKernel, 2},
+    {InferenceMode::kMultiEntropy, 1}, {InferenceMode::kMultiEntropy, 2},
+    {InferenceMode::kLattice, 2},      {InferenceMode::kMultiEntropy, 4}};
 
 }  // namespace
 
 TEST_CASE("admission: the map is what the admitted points alone make of it, whatever the limits") {
   const bool free_space = GENERATE(false, true);
-  const std::size_t which = GENERATE(range<std::size_t>(0, 5));
+  const std::size_t which = GENERATE(range<std::size_t>(0, kSettings.size()));
   Tally tally;
   const std::uint64_t first = announce_seed(5000 + 1000 * which + (free_space ? 500U : 0U));
   for (std::uint64_t seed = first; seed < first + 40; ++seed)
@@ -150,7 +149,7 @@ TEST_CASE("admission: the map is what the admitted points alone make of it, what
 }
 
 TEST_CASE("admission: the work done stays within the budget") {
-  const std::size_t which = GENERATE(range<std::size_t>(0, 5));
+  const std::size_t which = GENERATE(range<std::size_t>(0, kSettings.size()));
   const bool free_space = GENERATE(false, true);
   CAPTURE(which, free_space);
   for (const std::uint64_t budget : {50U, 700U, 9000U, 40000U}) {

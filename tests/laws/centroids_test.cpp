@@ -68,8 +68,8 @@ InferenceConfig config_of(InferenceMode mode, double thinning_m) {
 
 TEST_CASE(
     "centroids: a voxel has the place of the thinned point nearest to its middle, to a sixth") {
-  const auto mode =
-      GENERATE(InferenceMode::kCounting, InferenceMode::kKernel, InferenceMode::kMultiEntropy);
+  const auto mode = GENERATE(InferenceMode::kCounting, InferenceMode::kKernel,
+                             InferenceMode::kMultiEntropy, InferenceMode::kLattice);
   const double resolution_m = GENERATE(0.1, 0.25);
   const auto tuple = GENERATE(TuplePolicy::kDense, TuplePolicy::kCompact);
   CAPTURE(to_string(mode), resolution_m, to_string(tuple));

@@ -21,10 +21,13 @@ struct Setting {
   std::uint64_t work_budget = 0;
 };
 
-const std::array<Setting, 5> kSettings{
-    Setting{InferenceMode::kCounting, true, 0}, Setting{InferenceMode::kKernel, true, 0},
-    Setting{InferenceMode::kMultiEntropy, true, 0}, Setting{InferenceMode::kMultiEntropy, false, 0},
-    Setting{InferenceMode::kMultiEntropy, true, 40000}};
+const std::array<Setting, 7> kSettings{Setting{InferenceMode::kCounting, true, 0},
+                                       Setting{InferenceMode::kKernel, true, 0},
+                                       Setting{InferenceMode::kMultiEntropy, true, 0},
+                                       Setting{InferenceMode::kMultiEntropy, false, 0},
+                                       Setting{InferenceMode::kMultiEntropy, true, 40000},
+                                       Setting{InferenceMode::kLattice, true, 0},
+                                       Setting{InferenceMode::kLattice, false, 0}};
 /// So fast that only a reading that finds the time up can end anything.
 constexpr double kFast = 1e12;
 constexpr float kRange_m = 5.0F;
@@ -168,7 +171,7 @@ void check_cut(const Setting& setting, std::int64_t due_us, double rate, Seen& s
 }  // namespace
 
 TEST_CASE("deadline: each block's labels and free space are whole or untouched, from near to far") {
-  const std::size_t which = GENERATE(range<std::size_t>(0, 5));
+  const std::size_t which = GENERATE(range<std::size_t>(0, kSettings.size()));
   Seen seen;
   Mapper timed(uncapped_map(0.1), config_of(kSettings[which]), 5);
   timed.integrate(scan_of(1));
@@ -199,7 +202,7 @@ TEST_CASE("deadline: what is foreseen to be late is not admitted, and rays give 
 }
 
 TEST_CASE("deadline: with time enough nothing is different, with no clock neither") {
-  const std::size_t which = GENERATE(range<std::size_t>(0, 5));
+  const std::size_t which = GENERATE(range<std::size_t>(0, kSettings.size()));
   const bool has_clock = GENERATE(false, true);
   CAPTURE(which, has_clock);
   const InferenceConfig config = config_of(kSettings[which]);

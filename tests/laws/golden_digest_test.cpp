@@ -74,7 +74,7 @@ Digests digests_of_scans(const Golden& golden, std::uint64_t hash_seed) {
   return {digest(mapper.map(), workspace), digest_by_rows(mapper.map())};
 }
 
-constexpr std::array<Golden, 14> kGolden{{
+constexpr std::array<Golden, 17> kGolden{{
     {InferenceMode::kCounting, ThinningWeight::kMean, false, 0xf7bdef67ace907c0U,
      0xed39d1d483ad2b32U},
     {InferenceMode::kCounting, ThinningWeight::kMean, true, 0x71eb3030312c239fU,
@@ -102,6 +102,12 @@ constexpr std::array<Golden, 14> kGolden{{
      Carving::kRays, true, TuplePolicy::kDense},
     {InferenceMode::kMultiEntropy, ThinningWeight::kMean, true, 0xfd525c6a14675caaU,
      0xf6c10e66000a8be6U, Carving::kImage, true, TuplePolicy::kCompact},
+    {InferenceMode::kLattice, ThinningWeight::kMean, false, 0x7227cc676ff7b880U,
+     0xc6952e5824bb246eU},
+    {InferenceMode::kLattice, ThinningWeight::kMean, true, 0x66669bc75c74c7a6U, 0x0406e3b4e8130ea5U,
+     Carving::kImage, false, TuplePolicy::kCompact},
+    {InferenceMode::kLattice, ThinningWeight::kMean, true, 0x3d03638c32ab7945U, 0xea8a89bcb20c6785U,
+     Carving::kImage, true, TuplePolicy::kCompact},
 }};
 
 }  // namespace

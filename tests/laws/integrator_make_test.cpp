@@ -42,7 +42,17 @@ TEST_CASE("integrator: every value outside its range is refused") {
   for (const float v : {-0.1F, 65.0F, nan}) {
     changes.emplace_back([=](InferenceConfig& c) { c.free_space.margin_voxels = v; });
   }
-  changes.emplace_back([](InferenceConfig& c) { c.mode = static_cast<InferenceMode>(3); });
+  changes.emplace_back([](InferenceConfig& c) { c.mode = static_cast<InferenceMode>(4); });
+  for (const float v : {0.0F, -1.0F, 1e4F, nan}) {
+    changes.emplace_back([=](InferenceConfig& c) { c.lattice.reach_m = v; });
+    changes.emplace_back([=](InferenceConfig& c) { c.lattice.height_m = v; });
+  }
+  for (const int edge : {1, 4}) {
+    changes.emplace_back([=](InferenceConfig& c) {
+      c.mode = InferenceMode::kLattice;
+      c.entropy.block_edge = edge;
+    });
+  }
   changes.emplace_back(
       [](InferenceConfig& c) { c.thinning_weight = static_cast<ThinningWeight>(2); });
   const ScanCapacity capacity = test_capacity();
@@ -54,6 +64,30 @@ TEST_CASE("integrator: every value outside its range is refused") {
     Arena arena(memory.span());
     CHECK(Integrator::make(arena, config, capacity).status() == Status::kInvalidArgument);
   }
+}
+
+TEST_CASE("integrator: in the lattice mode a map has to keep votes") {
+  InferenceConfig config;
+  config.mode = InferenceMode::kLattice;
+  RobotConfig robot;
+  robot.map = uncapped_map(0.1);
+  robot.inference = config;
+  robot.scan = test_capacity();
+  AlignedMemory memory(tessera::Mapper::required_bytes(robot));
+  const auto made = [&](bool votes) {
+    robot.map.label_votes = votes;
+    Arena arena(memory.span());
+    return tessera::Mapper::make(arena, robot, numbered_classes(5), {}).status();
+  };
+  CHECK(made(false) == Status::kInvalidArgument);
+  CHECK(made(true) == Status::kOk);
+  Mapper with_votes(uncapped_map(0.1), config, 5);
+  Mapper without(uncapped_map(0.1), InferenceConfig{}, 5);
+  Random random(announce_seed(7));
+  const Cloud cloud = random_cloud(random, {.points = 100});
+  const ScanReport report = with_votes.integrator().integrate(without.map(), cloud.view());
+  CHECK(report.pose == Status::kInvalidArgument);
+  CHECK(without.map().block_count() == 0);
 }
 
 TEST_CASE("integrator: no capacity may be zero, and the arena must be large enough and aligned") {

@@ -252,7 +252,7 @@ void draw_config(ScanCase& scan_case, Random& random) {
   config.free_space.enabled = row[4] != 0;
   config.free_space.neighbour_angle_rad = random.below(2) == 0 ? 0.0F : 0.015F;
   config.free_space.margin_voxels = random.below(2) == 0 ? 0.0F : 2.0F;
-  config.entropy.block_edge = 1 << random.below(3);
+  config.entropy.block_edge = config.mode == InferenceMode::kLattice ? 2 : 1 << random.below(3);
   config.entropy.fill_one_label = random.below(2) == 0;
   config.kernel_length_m = static_cast<float>(2.7 * voxel_m);
   config.min_range_m = static_cast<float>(

@@ -70,7 +70,7 @@ enum class Size : std::uint8_t { kOne, kTwo, kFew, kMany, kCount };
 inline constexpr std::array<int, 10> kLevels{static_cast<int>(Special::kCount),
                                              static_cast<int>(Part::kCount),
                                              static_cast<int>(Position::kCount),
-                                             3,
+                                             4,
                                              2,
                                              static_cast<int>(Scarce::kCount),
                                              2,

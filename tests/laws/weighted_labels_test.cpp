@@ -39,8 +39,8 @@ Cloud written_otherwise(const Cloud& cloud, std::size_t labels, Random& random, 
 }  // namespace
 
 TEST_CASE("weighted labels: one label of weight one gives the bits of a label without") {
-  const auto mode =
-      GENERATE(InferenceMode::kCounting, InferenceMode::kKernel, InferenceMode::kMultiEntropy);
+  const auto mode = GENERATE(InferenceMode::kCounting, InferenceMode::kKernel,
+                             InferenceMode::kMultiEntropy, InferenceMode::kLattice);
   const auto tuple = GENERATE(TuplePolicy::kDense, TuplePolicy::kCompact);
   const double thinning_m = GENERATE(0.0, 0.1, 0.25);
   CAPTURE(to_string(mode), thinning_m);

@@ -39,6 +39,8 @@ def test_the_counters_are_the_commands(street, files):
     ({"inference": "counting", "carving": "image"}, ("--inference", "counting", "--carving", "image")),
     ({"inference": "counting", "free_space": False}, ("--inference", "counting", "--free-space", "off")),
     ({"inference": "kernel", "kernel_length_m": 0.4}, ("--inference", "kernel", "--kernel-length", "0.4")),
+    ({"inference": "lattice"}, ("--inference", "lattice")),
+    ({"inference": "lattice", "kernel_length_m": 0.4}, ("--inference", "lattice", "--kernel-length", "0.4")),
     ({"downsample_m": 0, "max_range_m": 15.0, "counts": "dense"},
      ("--downsample", "off", "--max-range", "15", "--counts", "dense")),
     ({"prior": 0.01, "min_weight": 0.01, "max_evidence": 50.0, "free_weight": 0.5, "thinning_weight": "sum"},
@@ -220,6 +222,15 @@ def test_what_a_file_fixes_is_on_record_when_it_goes_on(wall, tmp_path):
     assert tessera.load(tmp_path / "again.tsm").settings == first.settings
     with pytest.warns(UserWarning, match="first.tsm was made with inference multi-entropy and continues with counting"):
         tessera.LocalMap.load(tmp_path / "first.tsm", memory_bytes=32 << 20, max_points=4096, inference="counting")
+
+
+def test_a_map_goes_on_in_the_lattice_mode(wall, tmp_path):
+    first = tessera.LocalMap(tessera.ClassTable(["road", "wall"]), memory_bytes=32 << 20, max_points=4096, inference="lattice")
+    first.integrate(*wall)
+    first.save(tmp_path / "first.tsm")
+    gone_on = tessera.LocalMap.load(tmp_path / "first.tsm", memory_bytes=32 << 20, max_points=4096, inference="lattice")
+    assert gone_on.integrate(*wall).admitted > 0
+    assert len(gone_on.voxels()) == len(first.voxels()) > 0
 
 
 def test_clear_forgets_all(small, wall):

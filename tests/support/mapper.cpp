@@ -32,6 +32,7 @@ RobotConfig config_of(const MapConfig& map, const InferenceConfig& inference,
                       const ScanCapacity& capacity) {
   RobotConfig config;
   config.map = map;
+  config.map.label_votes = inference.mode == InferenceMode::kLattice;
   config.inference = inference;
   config.scan = capacity;
   return config;

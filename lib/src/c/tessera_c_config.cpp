@@ -50,6 +50,8 @@ void for_fields_of_inference(tessera_config& c, RobotConfig& core, Visit&& visit
   visit(c.fill_neighbours, inference.entropy.fill_neighbours);
   visit(c.fill_one_label, inference.entropy.fill_one_label);
   visit(c.block_edge, inference.entropy.block_edge);
+  visit(c.lattice_reach_m, inference.lattice.reach_m);
+  visit(c.lattice_height_m, inference.lattice.height_m);
   visit(c.work_budget, inference.work_budget);
   visit(c.deadline_us, core.deadline_us);
 }
@@ -151,7 +153,7 @@ void for_fields(tessera_config& c, RobotConfig& core, Visit&& visit) noexcept {
 /// Enumerations are small: what does not fit one would be taken for another.
 bool are_kinds(const tessera_config& c) noexcept {
   return c.local_tuple <= TESSERA_COMPACT && c.global_tuple <= TESSERA_COMPACT &&
-         c.mode <= TESSERA_MULTI_ENTROPY && c.thinning_weight <= TESSERA_THINNING_SUM &&
+         c.mode <= TESSERA_LATTICE && c.thinning_weight <= TESSERA_THINNING_SUM &&
          c.diffusion <= TESSERA_NO_DIFFUSION && c.edge <= TESSERA_EDGE_CONFIDENCE &&
          c.carving <= TESSERA_CARVING_IMAGE && c.neighbour_pixels <= CarveImage::kMostNeighbours &&
          c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
@@ -226,6 +228,7 @@ Status read_config(const tessera_config* from, RobotConfig& into) noexcept {
   into.exchange.max_evidence = robot_max_evidence(into.map);
   into.exchange.records = into.global.replicas.blocks;
   into.global.replicas.contributions = into.exchange.contributions;
+  into.map.label_votes = into.inference.mode == InferenceMode::kLattice;
   if (into.inference.mode == InferenceMode::kCounting)
     into.map.probabilities = global.probabilities = Probabilities::kShares;
   // As eq. (10) has it: the prior is in what is summed up.

@@ -41,6 +41,7 @@ Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config,
                          const ClassTable& classes) noexcept {
   config_ = config;
   if (!can_be_made(config_)) return Status::kInvalidArgument;
+  config_.map.label_votes = false;
   // `none` and `paper` are the paper's, to the letter.
   if (config_.diffusion.mode != DiffusionMode::kContractive)
     config_.map.probabilities = Probabilities::kShares;

@@ -12,7 +12,7 @@ namespace tessera {
 namespace {
 
 bool valid(const InferenceConfig& config) noexcept {
-  if (config.mode > InferenceMode::kMultiEntropy || config.thinning_weight > ThinningWeight::kSum) {
+  if (config.mode > InferenceMode::kLattice || config.thinning_weight > ThinningWeight::kSum) {
     return false;
   }
   const auto within = [](float v, float low, float high) { return v >= low && v <= high; };
@@ -22,6 +22,9 @@ bool valid(const InferenceConfig& config) noexcept {
                        within(e.fill_length, 0.0F, 16.0F) && within(e.smooth_above, 0.0F, 2.0F) &&
                        e.fill_neighbours >= 1 && e.fill_neighbours <= 7 &&
                        (e.block_edge == 1 || e.block_edge == 2 || e.block_edge == 4);
+  const bool lattice = within(config.lattice.reach_m, 1e-3F, 1e3F) &&
+                       within(config.lattice.height_m, 1e-3F, 1e3F) &&
+                       (config.mode != InferenceMode::kLattice || e.block_edge == 2);
   const bool ranges =
       within(config.min_range_m, 0.0F, 1e6F) && within(config.max_range_m, 0.0F, 1e6F) &&
       (config.max_range_m == 0.0F || config.max_range_m > config.min_range_m) &&
@@ -36,7 +39,7 @@ bool valid(const InferenceConfig& config) noexcept {
       within(config.free_space.margin_voxels, 0.0F, 64.0F) &&
       config.free_space.carving <= Carving::kImage &&
       config.free_space.neighbour_pixels <= CarveImage::kMostNeighbours;
-  return entropy && ranges && kernel && carving && config.body.is_valid();
+  return entropy && lattice && ranges && kernel && carving && config.body.is_valid();
 }
 
 }  // namespace
@@ -98,7 +101,8 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan,
     return report;
   }
   if (!points_.begin(map.lattice(), scan.T_map_sensor.col(3)) ||
-      !config_.body.allows(scan.T_body_sensor)) {
+      !config_.body.allows(scan.T_body_sensor) ||
+      (config_.mode == InferenceMode::kLattice && !map.keeps_votes())) {
     report.pose = Status::kInvalidArgument;
     return report;
   }

@@ -3,6 +3,7 @@
 #include "tessera/inference/internal/label_writer.hpp"
 
 #include <bit>
+#include <utility>
 
 #include "tessera/inference/internal/write_in_time.hpp"
 
@@ -53,6 +54,20 @@ void sum_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyD
   }
 }
 
+/// Makes evidence of classes evidence of one, so that a tuple has room for it.
+void gather_classes(int classes, std::uint8_t into, OctetEvidence& evidence) noexcept {
+  const std::uint64_t of_classes =
+      evidence.components() & ((std::uint64_t{2} << static_cast<unsigned>(classes)) - 2);
+  if (of_classes == 0 || of_classes == std::uint64_t{1} << into) return;
+  OctetEvidence::Plane sums{};
+  for (std::uint64_t rest = of_classes; rest != 0; rest &= rest - 1) {
+    const OctetEvidence::Plane& more = evidence.read(std::countr_zero(rest));
+    for (std::size_t v = 0; v < sums.size(); ++v) sums[v] += more[v];
+  }
+  evidence.forget(of_classes);
+  evidence.assign(into, sums);
+}
+
 void count_cut(const ScanTiles& tiles, const Tile& tile, ScanReport& report) noexcept {
   ++report.tiles_cut;
   if (tile.occupied == 0) return;
@@ -67,6 +82,11 @@ Result<LabelWriter> LabelWriter::make(Arena& arena, const InferenceConfig& confi
   LabelWriter writer;
   writer.config_ = config;
   writer.octet_ = arena.take<OctetEvidence>(1);
+  if (writer.lattice()) {
+    const Result<LabelField> field = LabelField::make(arena);
+    if (!field.ok()) return field.status();
+    writer.field_ = *field;
+  }
   if (config.mode != InferenceMode::kKernel) return writer;
   const Result<StripWriter> strips = StripWriter::make(arena);
   if (!strips.ok()) return strips.status();
@@ -77,12 +97,15 @@ Result<LabelWriter> LabelWriter::make(Arena& arena, const InferenceConfig& confi
 void LabelWriter::begin(double resolution_m, KernelReach reach) noexcept {
   const double length = static_cast<double>(config_.kernel_length_m) / resolution_m;
   strips_.begin(config_, static_cast<float>(length), reach);
+  if (lattice()) field_.begin(config_.lattice, resolution_m);
 }
 
 void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origin_voxel,
                         ScanWork& time, ScanReport& report) noexcept {
   EvidenceWork work;
   const bool kernel = config_.mode == InferenceMode::kKernel;
+  // All votes before the first label: what a tile's labels are does not depend on the order.
+  if (lattice()) report.write_faults += LabelField::vote(map, tiles);
   const auto write = [&](const Tile& tile) {
     if (tile.wanted == 0) return;
     const Tile* const alone = &tile;
@@ -99,6 +122,10 @@ void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origi
     write_in_time(all.tiles(), ScanTiles::place_of(origin_voxel, tiles.unit_edge()).tile, 1, time,
                   write, leave);
   }
+  if (lattice()) {
+    for (const Tile& tile : std::as_const(tiles).tiles())
+      if (tile.wanted != 0 && tile.blocks[0] != 0) map.close_empty_label_layers(tile.blocks[0]);
+  }
   report.voxel_updates = work.updates;
   report.evaluations = work.evaluations;
 }
@@ -106,6 +133,7 @@ void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origi
 void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile& tile,
                               EvidenceWork& work, ScanReport& report) noexcept {
   const bool counting = config_.mode == InferenceMode::kCounting;
+  if (lattice()) field_.look(map, tile.coord, LabelField::layers_of(tile.wanted));
   for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
     const int unit = std::countr_zero(rest);
     UnitPoints around;
@@ -141,7 +169,10 @@ void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile&
 void LabelWriter::write_octet(LocalMap& map, SlabHandle block, int octet,
                               ScanReport& report) noexcept {
   if (block == 0) return;  // beyond the grid's edge, where only coarse units reach
-  const Status status = map.add_labels(block, octet, octet_[0]);
+  const LabelShares shares = lattice() ? field_.shares(octet) : LabelShares{};
+  if (shares.count != 0) gather_classes(map.classes().num_classes(), shares.labels[0], octet_[0]);
+  const Status status = shares.count != 0 ? map.add_labels(block, octet, octet_[0], shares)
+                                          : map.add_labels(block, octet, octet_[0]);
   TESSERA_ASSERT(status == Status::kOk);
   ++(status == Status::kOk ? report.label_octets : report.write_faults);
 }

@@ -34,7 +34,7 @@ bool PointAdmission::for_units_reached(std::uint32_t own, const ScanTiles::Place
                             });
   }
   std::uint64_t here = bit;
-  if (config_.mode == InferenceMode::kMultiEntropy) {
+  if (by_entropies(config_.mode)) {
     const std::array<std::uint64_t, 6> spill = neighbour_masks(0, {bit, bit, bit, bit, bit, bit});
     for (const std::uint64_t neighbours : neighbour_masks(bit, {})) here |= neighbours;
     for (std::size_t face = 0; face < 6; ++face) {

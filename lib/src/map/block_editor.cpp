@@ -14,18 +14,36 @@ namespace tessera {
 Status BlockEditor::ensure_octet(int octet) noexcept {
   if (table_.octet_handle(block_, octet) != 0) return Status::kOk;
   SlabPool& pool = table_.pool_;
-  SlabHandle& labels = block_.labels[layer_of_octet(octet)];
-  if (labels == 0) {
+  if (block_.labels[layer_of_octet(octet)] == 0) {
     if (!pool.fits_or_refuse({0, 1, 0, 1})) return Status::kResourceExhausted;
-    const Result<SlabHandle> page = pool.allocate(kLabelSlab);
-    TESSERA_ASSERT(page.ok());
-    store_shared(labels, *page);
+    ensure_label_page(layer_of_octet(octet));
   }
   const Result<SlabHandle> tuples = pool.allocate(kOctetSlab, table_.tuples_.zeroed_bytes());
   if (!tuples.ok()) return tuples.status();
   store_shared(label_page(layer_of_octet(octet)).octets[octet_in_layer(octet)], *tuples);
   table_.note_usage();
   return Status::kOk;
+}
+
+void BlockEditor::ensure_label_page(std::size_t layer) noexcept {
+  if (block_.labels[layer] != 0) return;
+  const Result<SlabHandle> page = table_.pool_.allocate(kLabelSlab);
+  TESSERA_ASSERT(page.ok());
+  store_shared(block_.labels[layer], *page);
+  table_.note_usage();
+}
+
+void BlockEditor::drop_label_page(std::size_t layer) noexcept {
+  for (const SlabHandle octet : label_page(layer).octets) {
+    if (octet != 0) return;
+  }
+  table_.pool_.release(kLabelSlab, block_.labels[layer]);
+  store_shared(block_.labels[layer], SlabHandle{0});
+}
+
+void BlockEditor::share_labels(int octet, unsigned voxels, const LabelShares& shares) noexcept {
+  note_components(shares.components());
+  table_.tuples_.share(tuples(octet), voxels, shares, table_.num_components());
 }
 
 void BlockEditor::update_observed(int octet, const TupleStore::Plane& sums) noexcept {
@@ -44,11 +62,7 @@ void BlockEditor::update_observed(int octet, const TupleStore::Plane& sums) noex
   if (now != 0) return;
   table_.pool_.release(kOctetSlab, tuples);
   store_shared(tuples, SlabHandle{0});
-  for (const SlabHandle other : page.octets) {
-    if (other != 0) return;
-  }
-  table_.pool_.release(kLabelSlab, block_.labels[layer]);
-  store_shared(block_.labels[layer], SlabHandle{0});
+  if (!keeps_label_pages_) drop_label_page(layer);
 }
 
 void BlockEditor::hold_cap(int octet, unsigned voxels, TupleStore::Plane& sums) noexcept {

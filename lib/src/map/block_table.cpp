@@ -49,11 +49,10 @@ Status BlockTable::set_up(Arena& arena, const MapConfig& config,
   if (!index.ok()) return index.status();
   index_ = *index;
   const std::size_t pages = config.storage_bytes / SlabPool::kPageBytes;
-  pool_ = SlabPool(
-      arena.take_untouched(pages * SlabPool::kPageBytes),
-      {static_cast<std::uint32_t>(sizeof(Block)), static_cast<std::uint32_t>(sizeof(LabelPage)),
-       static_cast<std::uint32_t>(sizeof(FreePage)),
-       TupleStore::octet_bytes(config.tuple, num_components())});
+  pool_ = SlabPool(arena.take_untouched(pages * SlabPool::kPageBytes),
+                   {static_cast<std::uint32_t>(sizeof(Block)), label_page_bytes(config.label_votes),
+                    static_cast<std::uint32_t>(sizeof(FreePage)),
+                    TupleStore::octet_bytes(config.tuple, num_components())});
   tuples_ = TupleStore(config.tuple, config.max_evidence);
   if (config.max_evidence > 0.0F)
     max_passes_ = passes_at_cap(config.max_evidence, config.free_weight);
@@ -75,6 +74,17 @@ std::uint64_t BlockTable::octets_of(const Block& block) const noexcept {
     octets |= (without ^ 0xffffU) << (kLayerOctets * layer);
   }
   return octets;
+}
+
+LabelVotes BlockTable::votes(const Block& block, std::size_t layer) const noexcept {
+  LabelVotes votes;
+  std::memcpy(&votes, pool_.at(block.labels[layer]) + sizeof(LabelPage), sizeof(votes));
+  return votes;
+}
+
+void BlockTable::set_votes(const Block& block, std::size_t layer,
+                           const LabelVotes& votes) noexcept {
+  store_shared_words(pool_.at(block.labels[layer]) + sizeof(LabelPage), &votes, sizeof(votes));
 }
 
 VoxelEvidence BlockTable::evidence(const Block& block, int octet, int voxel) const noexcept {

@@ -197,7 +197,10 @@ Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvi
     editor.ensure_free_page(layer_of_octet(octet));
     editor.set_passes(octet, voxel, passes);
   }
-  if (labelled) editor.set_labels(octet, voxel, evidence, false);
+  if (labelled) {
+    editor.set_labels(octet, voxel, evidence, false);
+    vote_as(block_at(handle), octet, evidence);
+  }
   return Status::kOk;
 }
 
@@ -226,6 +229,7 @@ Status LocalMap::merge(SlabHandle handle, int octet, int voxel, const VoxelEvide
   if (!labelled) return Status::kOk;
   tuples().condense(sum);
   editor.set_labels(octet, voxel, sum, true);
+  vote_as(block_at(handle), octet, added);
   return Status::kOk;
 }
 

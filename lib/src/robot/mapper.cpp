@@ -30,6 +30,7 @@ constexpr std::uint32_t kMostStretch = 1024;
 constexpr std::uint32_t kept_for_jumps(std::uint32_t most) noexcept { return most / 8; }
 
 bool is_valid(const RobotSettings& config) noexcept {
+  if (config.inference.mode == InferenceMode::kLattice && !config.map.label_votes) return false;
   const SubmapCuts& cuts = config.submap_cuts;
   const bool cuts_are = cuts.length_m >= 0.0 && cuts.jump_m >= 0.0 && cuts.time_us >= 0;
   if (config.most_submaps == 0) return cuts_are && cuts == SubmapCuts{};

@@ -41,7 +41,8 @@ TEST_CASE("set_up: options that contradict each other are refused, each with the
   options = {};
   options.kernel_length_m = 0.5;
   CHECK(refused(options) ==
-        "--kernel-length applies to --inference kernel only; leave it out, or choose that mode");
+        "--kernel-length applies to --inference kernel and lattice; leave it out, or choose one of "
+        "these modes");
   options.inference = InferenceMode::kKernel;
   options.resolution_m = 2.0;
   CHECK(refused(options) ==

@@ -33,7 +33,12 @@ typedef enum tessera_status {
 } tessera_status;
 
 /// Settings of enumerated kinds; fields are uint32_t, so that their size is the same everywhere.
-enum { TESSERA_COUNTING = 0, TESSERA_KERNEL = 1, TESSERA_MULTI_ENTROPY = 2 };   ///< mode
+enum {
+  TESSERA_COUNTING = 0,
+  TESSERA_KERNEL = 1,
+  TESSERA_MULTI_ENTROPY = 2,
+  TESSERA_LATTICE = 3
+};                                                                              ///< mode
 enum { TESSERA_DENSE = 0, TESSERA_COMPACT = 1 };                                ///< tuple
 enum { TESSERA_CARVING_RAYS = 0, TESSERA_CARVING_IMAGE = 1 };                   ///< carving
 enum { TESSERA_THINNING_MEAN = 0, TESSERA_THINNING_SUM = 1 };                   ///< weight
@@ -201,6 +206,9 @@ typedef struct tessera_config {
   /// a robot and its classes are named [DiffusionConfig].
   uint32_t weigh_robots;
   float reliability_alarm;
+  /// Of TESSERA_LATTICE [LatticeConfig].
+  float lattice_reach_m;
+  float lattice_height_m;
 } tessera_config;
 
 /// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond

@@ -16,7 +16,14 @@ enum class InferenceMode : std::uint8_t {
   kKernel =
       1,  ///< k_0 with a fixed length around every point (Gan et al., RA-L 2020), no block limits.
   kMultiEntropy = 2,  ///< k_e: length and reach follow the scan's entropies (paper eq. 6).
+  /// How much evidence voxels get as with kMultiEntropy; of which classes it is, by what points
+  /// around said over all scans. For maps with MapConfig::label_votes.
+  kLattice = 3,
 };
+/// Whether evidence follows the scan's entropies.
+[[nodiscard]] constexpr bool by_entropies(InferenceMode mode) noexcept {
+  return mode == InferenceMode::kMultiEntropy || mode == InferenceMode::kLattice;
+}
 
 constexpr const char* to_string(InferenceMode mode) noexcept {
   switch (mode) {
@@ -26,6 +33,8 @@ constexpr const char* to_string(InferenceMode mode) noexcept {
       return "kernel";
     case InferenceMode::kMultiEntropy:
       return "multi-entropy";
+    case InferenceMode::kLattice:
+      return "lattice";
   }
   return "invalid";
 }
@@ -52,6 +61,13 @@ struct EntropyConfig {
   int fill_neighbours = 2;
   bool fill_one_label = true;  ///< Fill only where all labelled points of the neighbours agree.
   int block_edge = 2;          ///< 1, 2 or 4 voxels; with 1 the grid ends at half its limit.
+};
+
+/// Constants of the lattice mode. What a cell's points said counts 1 - d / length on each axis, d
+/// from the cell's middle to the octet's.
+struct LatticeConfig {
+  float reach_m = 0.8F;    ///< Length on x and y, 0.001 to 1000; taken as 1.5 to 11 voxels.
+  float height_m = 0.24F;  ///< On z, likewise; the layer above and the one below are reached.
 };
 
 /// How a scan's free space is found.
@@ -93,7 +109,8 @@ struct InferenceConfig {
   /// Smaller contributions are not added, in any mode; 0 .. 1. 0 adds the full ball, but for what
   /// is under kLeastCount.
   float min_weight = 1.0F / 4096.0F;
-  EntropyConfig entropy{};
+  EntropyConfig entropy{};  ///< Of kMultiEntropy and kLattice, the latter with block_edge 2.
+  LatticeConfig lattice{};
   FreeSpaceConfig free_space{};
   /// Nearer returns are refused: the robot itself, or a sensor's "no return". 0 .. 1e6.
   float min_range_m = 0.5F;

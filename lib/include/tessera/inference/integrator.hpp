@@ -34,10 +34,11 @@ class Integrator {
            (config.free_space.uses_image() ? ImageCarver::required_bytes() : 0);
   }
 
-  /// An integrator with scratch memory from the arena. Fails with kInvalidArgument iff a value of
-  /// config is outside its documented range, a capacity is zero, or points is over
-  /// ScanCapacity::kMaxPoints; kResourceExhausted iff the arena is too small or not aligned to
-  /// kArenaAlignment.
+  /// An integrator with scratch memory from the arena. In the lattice mode its maps must keep votes
+  /// (MapConfig::label_votes), else each scan is refused as with a bad pose. Fails with
+  /// kInvalidArgument iff a value of config is outside its documented range, a capacity is zero, or
+  /// points is over ScanCapacity::kMaxPoints; kResourceExhausted iff the arena is too small or not
+  /// aligned to kArenaAlignment.
   [[nodiscard]] static Result<Integrator> make(Arena& arena, const InferenceConfig& config,
                                                const ScanCapacity& capacity) noexcept;
   /// No scratch memory: every return of a scan is over capacity.
@@ -59,7 +60,8 @@ class Integrator {
   /// Within it: nearest first, passing over what does not fit the memory.
   ///
   /// Worst-case work with n points, at most: sorts O(n); evaluations n (counting), 7 n e^3 with
-  /// unit edge e (multi-entropy), n (2 D + 2)^3 with D in voxels (kernel); ray steps n (range in
+  /// unit edge e (multi-entropy; lattice, and of each tile LabelField::look() beside them, which
+  /// are no evaluations), n (2 D + 2)^3 with D in voxels (kernel); ray steps n (range in
   /// voxels * sqrt(3) + 4). Where not all fits: twice the ray steps in the first scan of which
   /// memory refuses some, else once; a step for each block on a ray; for each unit of points a
   /// look-up of its tile and of the blocks of up to 4 tiles (kernel: (D / 8 + 2)^3 tiles, three
@@ -88,11 +90,12 @@ class Integrator {
   /// finished. A quantum is at most one of: kReturnBatch returns registered; three O(n) passes over
   /// the points (thinning, sorting, marking hits) or O(scratch tables) passes (clearing, entropies,
   /// opening blocks); kPointBatch points admitted, at most (range in voxels * sqrt(3) + 4) ray
-  /// steps each; kRayBatch rays traced, likewise; one tile written, at most 7 e^3 evaluations for
-  /// each of its points and those of its faces (multi-entropy), or those of all points in reach
-  /// times its 512 voxels (kernel); kBlockBatch blocks carved, of 512 voxels. After it comes a
-  /// look-up for each tile and ray block of the scan, as blocks opened in vain are closed; if the
-  /// map's index refused one, the whole index is walked instead.
+  /// steps each; kRayBatch rays traced, likewise; all votes of the lattice mode, O(points + tiles);
+  /// one tile written, at most 7 e^3 evaluations for each of its points and those of its faces
+  /// (multi-entropy; lattice, with LabelField::look()), or those of all points in reach times its
+  /// 512 voxels (kernel); kBlockBatch blocks carved, of 512 voxels. After it comes a look-up for
+  /// each tile and ray block of the scan, as blocks opened in vain are closed; if the map's index
+  /// refused one, the whole index is walked instead.
   ScanReport integrate(LocalMap& map, const ScanView& scan, Deadline& deadline,
                        std::int64_t due_us) noexcept;
   static constexpr std::size_t kReturnBatch = ScanPoints::kReturnBatch;

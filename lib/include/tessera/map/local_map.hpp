@@ -75,6 +75,19 @@ class LocalMap : public BlockTable {
   /// was anything. Fails as above, with those before added. O(64 components present).
   Result<int> add_labels(SlabHandle handle, std::uint64_t octets,
                          const BlockEvidence& added) noexcept;
+  /// The same for evidence of the first of these classes alone and of none; and then all label
+  /// evidence of voxels that got some, but what is of no class, is of these classes in these
+  /// shares: the total stays. shares: of one class at least.
+  Status add_labels(SlabHandle handle, int octet, const OctetEvidence& added,
+                    const LabelShares& shares) noexcept;
+  /// Opens the label pages of layers of a block, a bit each, so that they can hold votes before
+  /// there are labels. Fails with kResourceExhausted iff they do not fit: counted, unchanged.
+  Status open_label_layers(SlabHandle handle, unsigned layers) noexcept;
+  /// Takes back label pages without labels. O(layers).
+  void close_empty_label_layers(SlabHandle handle) noexcept;
+  /// Votes of a layer with a label page. If they were not begun, they begin as what its labels say:
+  /// a quarter of LabelVotes::kPerPoint for each count. O(1), or O(128 components present).
+  [[nodiscard]] LabelVotes begun_votes(SlabHandle handle, std::size_t layer) noexcept;
   /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a
   /// tuple that has none left is taken back. Fails with kResourceExhausted iff a free page is
   /// needed and does not fit: counted, unchanged.
@@ -124,6 +137,9 @@ class LocalMap : public BlockTable {
 
  private:
   void fill_states_of_passes() noexcept;
+  /// Label evidence came to an octet that is no scan's: where its layer's votes were begun, it
+  /// votes.
+  void vote_as(const Block& block, int octet, const VoxelEvidence& evidence) noexcept;
 
   std::array<VoxelState, 256> states_of_passes_{};  ///< Of a voxel with free evidence alone.
   bool only_labels_occupy_ = false;

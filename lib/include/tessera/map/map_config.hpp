@@ -12,6 +12,7 @@
 #include "tessera/base/arena.hpp"
 #include "tessera/grid/internal/block_index.hpp"
 #include "tessera/grid/internal/slab_pool.hpp"
+#include "tessera/map/internal/label_votes.hpp"
 #include "tessera/semantics/internal/tuple_store.hpp"
 #include "tessera/semantics/reading.hpp"
 
@@ -37,6 +38,9 @@ struct MapConfig {
   TuplePolicy tuple = TuplePolicy::kCompact;
   /// What its probabilities are of. No count and no digest depends on it.
   Probabilities probabilities = Probabilities::kEffective;
+  /// Keeps beside the labels what points said of each class, which InferenceMode::kLattice needs:
+  /// 48 bytes a layer with labels. Not kept in files: what is loaded votes as its labels.
+  bool label_votes = false;
   /// Bytes for blocks, tuples and the free layer together, in use or not; at least four pages of
   /// 4 KiB, and at most kMaxStorageBytes.
   std::size_t storage_bytes = std::size_t{384} << 20U;
@@ -116,6 +120,11 @@ struct LabelPage {
   std::array<std::uint8_t, kLayerOctets> observed{};
 };
 static_assert(sizeof(LabelPage) == 80);
+
+/// A label page's bytes; with votes they follow it.
+[[nodiscard]] constexpr std::uint32_t label_page_bytes(bool with_votes) noexcept {
+  return static_cast<std::uint32_t>(sizeof(LabelPage) + (with_votes ? sizeof(LabelVotes) : 0));
+}
 
 /// Passes of rays through each voxel of a layer, x fastest, then y, then z.
 struct FreePage {

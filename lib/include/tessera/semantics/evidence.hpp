@@ -77,6 +77,8 @@ class OctetEvidence {
   /// Whether plane 0 has evidence of no class that is not to be kept apart (TilePoint).
   [[nodiscard]] bool has_rest() const noexcept { return (components_ & 1U) != 0; }
 
+  /// As if nothing had been added of these components. O(1).
+  void forget(std::uint64_t components) noexcept { components_ &= ~components; }
   /// Back to nothing touched. O(1).
   void clear() noexcept {
     components_ = 0;

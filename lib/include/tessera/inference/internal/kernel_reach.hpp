@@ -14,7 +14,7 @@ namespace tessera {
 
 /// Edge of the units that points are gathered in, voxels.
 [[nodiscard]] constexpr int unit_edge_of(const InferenceConfig& config) noexcept {
-  return config.mode == InferenceMode::kMultiEntropy ? config.entropy.block_edge : 2;
+  return by_entropies(config.mode) ? config.entropy.block_edge : 2;
 }
 
 [[nodiscard]] inline KernelShape kernel_shape(const InferenceConfig& config,
@@ -54,6 +54,7 @@ struct KernelReach {
       return side > kWidest ? kWidest * kWidest * kWidest : side * side * side;
     }
     case InferenceMode::kMultiEntropy:
+    case InferenceMode::kLattice:
       break;
   }
   const auto edge = static_cast<std::uint64_t>(unit_edge_of(config));

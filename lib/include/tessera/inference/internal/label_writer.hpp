@@ -6,6 +6,7 @@
 
 #include <span>
 
+#include "tessera/inference/internal/label_field.hpp"
 #include "tessera/inference/internal/scan_work.hpp"
 #include "tessera/inference/internal/strip_writer.hpp"
 
@@ -15,7 +16,8 @@ class LabelWriter {
  public:
   [[nodiscard]] static constexpr std::size_t required_bytes(InferenceMode mode) noexcept {
     return arena_bytes<OctetEvidence>(1) +
-           (mode == InferenceMode::kKernel ? StripWriter::required_bytes() : 0);
+           (mode == InferenceMode::kKernel ? StripWriter::required_bytes() : 0) +
+           (mode == InferenceMode::kLattice ? LabelField::required_bytes() : 0);
   }
   /// Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<LabelWriter> make(Arena& arena,
@@ -36,10 +38,12 @@ class LabelWriter {
   void write_units(LocalMap& map, const ScanTiles& tiles, const Tile& tile, EvidenceWork& work,
                    ScanReport& report) noexcept;
   void write_octet(LocalMap& map, SlabHandle block, int octet, ScanReport& report) noexcept;
+  [[nodiscard]] bool lattice() const noexcept { return config_.mode == InferenceMode::kLattice; }
 
   InferenceConfig config_{};
   std::span<OctetEvidence> octet_;  ///< Sums of the current octet.
   StripWriter strips_{};            ///< In the kernel mode.
+  LabelField field_{};              ///< In the lattice mode.
 };
 
 }  // namespace tessera

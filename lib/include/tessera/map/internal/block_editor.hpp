@@ -47,6 +47,15 @@ class BlockEditor {
   /// Adds to an octet that is there and holds the cap. added: an OctetEvidence or an OctetOfBlock.
   template <class Evidence>
   void add_labels(int octet, const Evidence& added) noexcept;
+  /// LocalMap::add_labels with shares, after add_labels.
+  void share_labels(int octet, unsigned voxels, const LabelShares& shares) noexcept;
+  /// There must be storage for it.
+  void ensure_label_page(std::size_t layer) noexcept;
+  /// From now on label pages stay that have lost their last octet; to be taken back later
+  /// (drop_label_page).
+  void keep_label_pages() noexcept { keeps_label_pages_ = true; }
+  /// Takes back a label page without octets.
+  void drop_label_page(std::size_t layer) noexcept;
   /// Makes a voxel's counts these; there must be room. voxel: of the octet, 0 to 7.
   void set_labels(int octet, int voxel, const VoxelEvidence& evidence, bool with_cap) noexcept;
   /// Fills an octet without tuples; there must be room.
@@ -101,6 +110,7 @@ class BlockEditor {
   Block& block_;
   SlabHandle handle_;
   bool open_ = true;
+  bool keeps_label_pages_ = false;
 };
 
 /// Mostly there are no passes and no full voxel.

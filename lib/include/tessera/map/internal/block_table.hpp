@@ -85,6 +85,12 @@ class BlockTable {
     const SlabHandle page = block.labels[layer_of_octet(octet)];
     return page == 0 ? nullptr : reinterpret_cast<const LabelPage*>(pool_.at(page));
   }
+  /// Whether it keeps votes (MapConfig::label_votes).
+  [[nodiscard]] bool keeps_votes() const noexcept { return config_.label_votes; }
+  /// Of a layer that has a label page, in a map that keeps them.
+  [[nodiscard]] LabelVotes votes(const Block& block, std::size_t layer) const noexcept;
+  /// Sets them; no change of the block, as nobody else reads them.
+  void set_votes(const Block& block, std::size_t layer, const LabelVotes& votes) noexcept;
   /// The octets for which a block has tuples, a bit each.
   [[nodiscard]] std::uint64_t octets_of(const Block& block) const noexcept;
   /// Passes of rays through a voxel of a block.

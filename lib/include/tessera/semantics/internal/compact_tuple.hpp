@@ -23,6 +23,7 @@
 #include "tessera/base/internal/shared_words.hpp"
 #include "tessera/semantics/estimate.hpp"
 #include "tessera/semantics/evidence.hpp"
+#include "tessera/semantics/internal/label_shares.hpp"
 
 namespace tessera {
 
@@ -61,6 +62,12 @@ class CompactTuple {
   [[nodiscard]] Plane label_sums(const std::byte* octet) const noexcept;
   /// Multiplies one voxel's counts by factor in [0, 1], rounded down.
   static void scale(std::byte* octet, int voxel, float factor) noexcept;
+  /// Makes the slots' counts of these voxels, but that of unlabelled evidence, counts of classes in
+  /// these shares, rounded down and what is left of the sum to the first. Where no slot is free for
+  /// the last of them, the first has its share too. The rest stays as it is. A count saturates, as
+  /// in add(): so classes in one slot end where one count does.
+  static void share(std::byte* octet, unsigned voxels, const LabelShares& shares,
+                    int unlabelled) noexcept;
   /// Writes one voxel's counts into sigma and rest; entries of classes without a slot are left as
   /// they are.
   void read(const std::byte* octet, int voxel, VoxelEvidence& into) const noexcept;
@@ -145,6 +152,14 @@ class CompactTuple {
                  Words& added) const noexcept;
   /// Where added has bits.
   static void join_centroids(Octet& octet, const OctetCentroids& seen, const Words& added) noexcept;
+  /// Of a count, rounded down; at most what a slot holds.
+  [[nodiscard]] static std::uint32_t part_of(std::uint32_t count, float share) noexcept {
+    const float exact = static_cast<float>(static_cast<std::int32_t>(count)) * share;
+    constexpr auto kMost = static_cast<float>(kMostCount);
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(exact < kMost ? exact : kMost));
+  }
+  static void share_voxel(Octet& octet, std::size_t voxel, const LabelShares& shares,
+                          std::uint32_t unlabelled) noexcept;
   static void add_to_rest(Octet& octet, std::size_t voxel, std::uint32_t count) noexcept;
   static void find_slot(Octet& octet, std::size_t voxel, std::uint32_t component,
                         std::uint32_t count) noexcept;

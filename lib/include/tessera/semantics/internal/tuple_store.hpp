@@ -81,6 +81,15 @@ class TupleStore {
   void visit(const std::byte* octet, int voxel, Label&& label, Rest&& rest) const noexcept {
     dense() ? DenseTuple::visit(octet, voxel, label) : compact_.visit(octet, voxel, label, rest);
   }
+  /// Makes the counts of these voxels, but those of no class, counts of classes in these shares;
+  /// the sums stay, but for rounding in a dense tuple and saturation in a compact one.
+  /// O(components) a voxel.
+  void share(std::byte* octet, unsigned voxels, const LabelShares& shares,
+             int num_components) const noexcept {
+    if (!dense()) return CompactTuple::share(octet, voxels, shares, num_components - 1);
+    for (; voxels != 0; voxels &= voxels - 1)
+      share_dense(octet, std::countr_zero(voxels), shares, num_components);
+  }
   /// Prefetches the memory that summarize reads first; of a dense octet, its header and the first
   /// component's plane.
   void prefetch(const std::byte* octet) const noexcept {
@@ -115,6 +124,9 @@ class TupleStore {
   [[nodiscard]] constexpr std::size_t first_bytes() const noexcept {
     return dense() ? DenseTuple::kFirstBytes : CompactTuple::kOctetBytes;
   }
+
+  static void share_dense(std::byte* octet, int voxel, const LabelShares& shares,
+                          int num_components) noexcept;
 
   TuplePolicy policy_ = TuplePolicy::kDense;
   CompactTuple compact_{};

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Of which classes the evidence in a place is, from what points around it said over all scans: sums
+// of votes (LabelVotes) by a separable kernel, in the lattice of cells. One block at a time.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "tessera/base/arena.hpp"
+#include "tessera/base/internal/lanes.hpp"
+#include "tessera/inference/inference_config.hpp"
+#include "tessera/inference/internal/scan_tiles.hpp"
+#include "tessera/map/local_map.hpp"
+#include "tessera/semantics/internal/label_shares.hpp"
+
+namespace tessera {
+
+class LabelField {
+ public:
+  /// Classes with less than this of the largest have no share.
+  static constexpr float kLeastShare = 1.0F / 16.0F;
+
+  [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
+    return arena_bytes<State>(1);
+  }
+  /// Fails with kResourceExhausted iff the arena is too small.
+  [[nodiscard]] static Result<LabelField> make(Arena& arena) noexcept;
+  /// No memory: nothing may be looked at.
+  LabelField() noexcept = default;
+
+  /// The layers of a block that octets lie in, a bit each.
+  [[nodiscard]] static constexpr unsigned layers_of(std::uint64_t octets) noexcept {
+    unsigned layers = 0;
+    for (unsigned z = 0; z < kBlockLayers; ++z)
+      layers |= ((octets >> (unsigned{kLayerOctets} * z)) & 0xffffU) != 0 ? 1U << z : 0U;
+    return layers;
+  }
+  /// Begins a scan. O(1).
+  void begin(const LatticeConfig& config, double resolution_m) noexcept;
+  /// Adds the votes of the tiles' points, whose blocks are open, and opens the label pages of the
+  /// layers of all units that may receive evidence: room was reserved for them, and returned is for
+  /// how many tiles there was none. Units are of two
+  /// voxels. Unlabelled points have no vote. O(points + tiles);
+  /// and where a map was loaded, once for each layer, O(128 components present).
+  [[nodiscard]] static std::uint32_t vote(LocalMap& map, const ScanTiles& tiles) noexcept;
+  /// Sums up around the octets of these layers of a block, a bit each. At most 27 look-ups, 54
+  /// label pages, and for each class that they have votes on 376 products of
+  /// four; and once for a layer that was loaded, what LocalMap::begun_votes() does.
+  void look(LocalMap& map, const BlockCoord& block, unsigned layers) noexcept;
+  /// Of an octet of those layers; none where nothing around it has votes. O(classes found).
+  [[nodiscard]] LabelShares shares(int octet) const noexcept;
+
+ private:
+  static constexpr std::size_t kCells = 6;   ///< On x and y: a block's two, and two on each side.
+  static constexpr std::size_t kLayers = 6;  ///< A block's four, and one below and above.
+  static constexpr std::size_t kOctets = 4;  ///< On each axis of a block.
+  /// Of one class.
+  struct Window {
+    /// Cells along x fastest, then y, then layers.
+    std::array<float, kCells * kCells * kLayers> votes{};
+    std::uint64_t rows = 0;  ///< Those along x with votes, a bit each.
+  };
+  /// Sums of one class for each octet.
+  using Sums = std::array<float, kBlockOctets>;
+  /// Kept in the arena: what a program puts on its stack stays small.
+  struct State {
+    /// The kernel from each cell to the four octets along an axis, and from a layer to the next.
+    std::array<Float4, kCells> along{};
+    float next_layer = 0.0F;
+    std::uint64_t found = 0;                       ///< Classes with a window, a bit each.
+    std::array<Window, kMaxComponents> windows{};  ///< By class, as the sums.
+    std::array<Sums, kMaxComponents> sums{};
+  };
+
+  void gather(const LabelVotes& votes, std::size_t x, std::size_t y, std::size_t layer) noexcept;
+  void sum(std::size_t label, unsigned layers) noexcept;
+
+  std::span<State> state_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,167 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/inference/internal/label_field.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace tessera {
+
+Result<LabelField> LabelField::make(Arena& arena) noexcept {
+  LabelField field;
+  field.state_ = arena.take<State>(1);
+  if (field.state_.empty()) return Status::kResourceExhausted;
+  return field;
+}
+
+void LabelField::begin(const LatticeConfig& config, double resolution_m) noexcept {
+  // Lengths in voxels. The window holds what is nearer than 11 voxels to any octet's middle, which
+  // is 1 voxel from its own cell's.
+  const auto reach = static_cast<float>(static_cast<double>(config.reach_m) / resolution_m);
+  const auto height = static_cast<float>(static_cast<double>(config.height_m) / resolution_m);
+  const float length = std::clamp(reach, 1.5F, 11.0F);
+  for (std::size_t cell = 0; cell < kCells; ++cell) {
+    const float middle =
+        static_cast<float>(LabelVotes::kCellEdge) * (static_cast<float>(cell) - 1.5F);
+    for (std::size_t octet = 0; octet < kOctets; ++octet) {
+      const float distance = std::fabs(static_cast<float>(2 * octet + 1) - middle);
+      state_[0].along[cell][octet] = distance < length ? 1.0F - distance / length : 0.0F;
+    }
+  }
+  constexpr float kLayer = 2.0F;
+  state_[0].next_layer = kLayer < height ? 1.0F - kLayer / height : 0.0F;
+}
+
+namespace {
+
+/// Of the unit's labelled points, into its cell.
+void vote_of_unit(const ScanTiles& tiles, const UnitSample& sample, std::size_t cell, int classes,
+                  LabelVotes& votes) noexcept {
+  for (const TilePoint& point : tiles.points().subspan(sample.begin, sample.end - sample.begin)) {
+    for_labels(point, [&](std::uint8_t component, std::uint8_t weight) {
+      if (component == 0 || component > classes) return;
+      votes.add(cell, component,
+                LabelVotes::votes_of(point.weight * share_of(weight) * LabelVotes::kPerPoint));
+    });
+  }
+}
+
+}  // namespace
+
+std::uint32_t LabelField::vote(LocalMap& map, const ScanTiles& tiles) noexcept {
+  std::uint32_t faults = 0;
+  const int classes = map.classes().num_classes();
+  for (const Tile& tile : tiles.tiles()) {
+    const SlabHandle block = tile.blocks[0];
+    if (tile.wanted == 0 || block == 0) continue;
+    unsigned layers = layers_of(tile.wanted);
+    const Status opened = map.open_label_layers(block, layers);
+    TESSERA_ASSERT(opened == Status::kOk);
+    if (opened != Status::kOk) {
+      ++faults;
+      continue;
+    }
+    for (; layers != 0; layers &= layers - 1) {
+      const auto layer = static_cast<std::size_t>(std::countr_zero(layers));
+      // Also where no point votes: labels that this scan fills in must not be taken for loaded
+      // ones.
+      LabelVotes votes = map.begun_votes(block, layer);
+      const std::uint64_t occupied = tile.occupied & (std::uint64_t{0xffff} << (16 * layer));
+      if (occupied == 0) continue;
+      for (std::uint64_t rest = occupied; rest != 0; rest &= rest - 1) {
+        const int unit = std::countr_zero(rest);
+        vote_of_unit(tiles, tiles.sample(tile, unit), LabelVotes::cell_of_octet(unit), classes,
+                     votes);
+      }
+      map.set_votes(map.block_at(block), layer, votes);
+    }
+  }
+  return faults;
+}
+
+void LabelField::look(LocalMap& map, const BlockCoord& block, unsigned layers) noexcept {
+  state_[0].found = 0;
+  // Of the window: bit 1 is the block's first layer.
+  const unsigned needed = layers | layers << 1U | layers << 2U;
+  constexpr unsigned kOfBlock = kAllLayers << 1U;
+  for (int dz = -1; dz <= 1; ++dz) {
+    const unsigned here = needed & (dz < 0 ? 1U : (dz > 0 ? 1U << (kLayers - 1) : kOfBlock));
+    if (here == 0) continue;
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const SlabHandle handle =
+            map.find_handle(BlockCoord{block.x + dx, block.y + dy, block.z + dz});
+        if (handle == 0) continue;
+        for (unsigned rest = here; rest != 0; rest &= rest - 1) {
+          const auto z = static_cast<std::size_t>(std::countr_zero(rest));
+          const std::size_t layer = (z + kBlockLayers - 1) % kBlockLayers;
+          if (map.block_at(handle).labels[layer] == 0) continue;
+          gather(map.begun_votes(handle, layer), static_cast<std::size_t>(2 * (dx + 1)),
+                 static_cast<std::size_t>(2 * (dy + 1)), z);
+        }
+      }
+    }
+  }
+  for (std::uint64_t rest = state_[0].found; rest != 0; rest &= rest - 1)
+    sum(static_cast<std::size_t>(std::countr_zero(rest)), layers);
+}
+
+void LabelField::gather(const LabelVotes& votes, std::size_t x, std::size_t y,
+                        std::size_t layer) noexcept {
+  for (std::size_t slot = 0; slot < LabelVotes::kClasses; ++slot) {
+    const std::array<std::uint16_t, LabelVotes::kCells>& of_class = votes.votes[slot];
+    std::uint64_t any = 0;
+    std::memcpy(&any, of_class.data(), sizeof(any));
+    if (any == 0) continue;
+    const std::size_t label = votes.labels[slot];
+    Window& window = state_[0].windows[label];
+    if (((state_[0].found >> label) & 1U) == 0) {
+      window = Window{};
+      state_[0].found |= std::uint64_t{1} << label;
+    }
+    const std::size_t row = layer * kCells + y;
+    window.rows |= std::uint64_t{3} << row;
+    float* const to = &window.votes[row * kCells + x];
+    for (std::size_t cell = 0; cell < LabelVotes::kCells; ++cell)
+      to[(cell >> 1U) * kCells + (cell & 1U)] = static_cast<float>(of_class[cell]);
+  }
+}
+
+/// Along x, then y, then z; in each sum from the lowest cell on. Rows without votes add nothing.
+void LabelField::sum(std::size_t label, unsigned layers) noexcept {
+  const Window& window = state_[0].windows[label];
+  const std::array<Float4, kCells>& along = state_[0].along;
+  std::array<std::array<Float4, kOctets>, kLayers> of_layers{};
+  for (std::uint64_t rows = window.rows; rows != 0; rows &= rows - 1) {
+    const auto row = static_cast<std::size_t>(std::countr_zero(rows));
+    const float* const cells = &window.votes[row * kCells];
+    Float4 sums{};
+    for (std::size_t x = 0; x < kCells; ++x) sums += cells[x] * along[x];
+    for (std::size_t octet = 0; octet < kOctets; ++octet)
+      of_layers[row / kCells][octet] += sums * along[row % kCells][octet];
+  }
+  Sums& into = state_[0].sums[label];
+  for (unsigned rest = layers; rest != 0; rest &= rest - 1) {
+    const auto z = static_cast<std::size_t>(std::countr_zero(rest));
+    for (std::size_t y = 0; y < kOctets; ++y) {
+      const Float4 beside = of_layers[z][y] + of_layers[z + 2][y];
+      store4(&into[(z * kOctets + y) * kOctets],
+             of_layers[z + 1][y] + beside * state_[0].next_layer);
+    }
+  }
+}
+
+LabelShares LabelField::shares(int octet) const noexcept {
+  LabelShares found;
+  for (std::uint64_t rest = state_[0].found; rest != 0; rest &= rest - 1) {
+    const auto label = static_cast<std::size_t>(std::countr_zero(rest));
+    found.offer(static_cast<std::uint8_t>(label),
+                state_[0].sums[label][static_cast<std::size_t>(octet)]);
+  }
+  if (found.count != 0) found.divide(kLeastShare);
+  return found;
+}
+
+}  // namespace tessera
