@@ -5,100 +5,13 @@
 #include <limits>
 #include <random>
 
+#include "costly_scans.hpp"
 #include "meter.hpp"
 #include "tessera/inference/integrator.hpp"
 
 namespace tessera::bench {
 
 namespace {
-
-constexpr double kResolution_m = 0.1;
-constexpr float kEdge_m = 0.1F;
-constexpr std::uint32_t kSeed = 1;
-
-struct Cloud {
-  std::vector<float> xyz;
-  std::vector<std::uint8_t> components;
-  std::vector<std::uint8_t> label_weights{};
-  std::size_t labels_per_point = 1;
-
-  void add(float x, float y, float z, int component) {
-    xyz.insert(xyz.end(), {x, y, z});
-    components.push_back(static_cast<std::uint8_t>(component));
-  }
-  [[nodiscard]] std::size_t size() const { return components.size() / labels_per_point; }
-  [[nodiscard]] ScanView view() const {
-    ScanView scan;
-    scan.points = xyz.data();
-    scan.stride_floats = 3;
-    scan.count = size();
-    scan.components = components.data();
-    scan.labels_per_point = labels_per_point;
-    if (!label_weights.empty()) scan.label_weights = label_weights.data();
-    return scan;
-  }
-};
-
-/// A point in the middle of every voxel of a cube, each of another class than those beside it.
-Cloud full_cube(int edge) {
-  Cloud cloud;
-  for (int i = 0; i < edge * edge * edge; ++i) {
-    const auto at = [](int v) { return (static_cast<float>(v) + 0.5F) * kEdge_m; };
-    cloud.add(at(i % edge), at(i / edge % edge), at(i / (edge * edge)), 1 + i % kMostClasses);
-  }
-  return cloud;
-}
-
-/// The same points, with three labels each and something left of one.
-Cloud with_three_labels(const Cloud& cloud) {
-  Cloud shared = cloud;
-  shared.components.clear();
-  shared.labels_per_point = 3;
-  for (const std::uint8_t component : cloud.components) {
-    for (int k = 0; k < 3; ++k)
-      shared.components.push_back(
-          static_cast<std::uint8_t>(1 + (component - 1 + 7 * k) % kMostClasses));
-    shared.label_weights.insert(shared.label_weights.end(), {80, 75, 70});
-  }
-  return shared;
-}
-
-/// Points within a thousandth of a voxel around its middle.
-Cloud one_voxel(int count) {
-  Cloud cloud;
-  std::mt19937 random(kSeed);
-  const auto near_middle = [&random] {
-    return kEdge_m * (0.5F + 1e-3F * (static_cast<float>(random() >> 8U) * 0x1p-24F - 0.5F));
-  };
-  for (int i = 0; i < count; ++i)
-    cloud.add(near_middle(), near_middle(), near_middle(), 1 + i % kMostClasses);
-  return cloud;
-}
-
-/// Points where eight blocks meet, at multiples of blocks along each axis.
-Cloud corners(int edge, int blocks) {
-  Cloud cloud;
-  for (int i = 0; i < edge * edge * edge; ++i) {
-    const auto at = [blocks](int v) {
-      return static_cast<float>(v * blocks) * kEdge_m * kBlockEdge;
-    };
-    cloud.add(at(i % edge), at(i / edge % edge), at(i / (edge * edge)), 1 + i % kMostClasses);
-  }
-  return cloud;
-}
-
-/// Returns beyond the range, near the grid's diagonal, where a ray crosses most voxels.
-Cloud diagonals(int count, float range_m) {
-  Cloud cloud;
-  std::mt19937 random(kSeed);
-  const auto beside = [&](float x) {
-    return x * (1.0F + 0.02F * (static_cast<float>(random() >> 8U) * 0x1p-24F - 0.5F));
-  };
-  const float far = 1.1F * range_m / std::sqrt(3.0F);
-  for (int i = 0; i < count; ++i)
-    cloud.add(beside(far), beside(far), beside(far), 1 + i % kMostClasses);
-  return cloud;
-}
 
 /// All around, squares of directions with a return near by turn with squares without any up to
 /// beyond the range: every cube has some far direction before it, and is divided.
@@ -155,6 +68,7 @@ Setting setting_of(InferenceMode mode, bool free_space) {
   setting.inference.free_space.carving = Carving::kRays;
   setting.map =
       config_of(mode == InferenceMode::kKernel ? TuplePolicy::kDense : TuplePolicy::kCompact, 192);
+  setting.map.label_votes = mode == InferenceMode::kLattice;
   return setting;
 }
 
@@ -236,6 +150,17 @@ void measure_integrate(Meter& meter) {
                {"integrate_entropy_one_voxel", kCall,
                 "multi-entropy: 4,096 points in one voxel, of every class", kEntropyFormula},
                entropy, voxel, 56.0 * n_of(voxel), evaluations);
+  measure_scan(meter,
+               {"integrate_lattice", kCall,
+                "lattice: the full cube of 4,096 voxels, every class at once", kEntropyFormula},
+               setting_of(InferenceMode::kLattice, false), cube, 56.0 * n_of(cube), evaluations);
+  const Cloud layers = classes_in_layers(5);
+  measure_scan(meter,
+               {"integrate_lattice_layers", kCall,
+                "lattice: 125 blocks, in each layer a point of each of five classes, 62 in all",
+                kEntropyFormula},
+               setting_of(InferenceMode::kLattice, false), layers, 56.0 * n_of(layers),
+               evaluations);
   measure_scan(meter,
                {"integrate_rays", kCall,
                 "free space: 1,024 rays through empty space, 40 m at 0.1 m along the diagonal",

@@ -1,0 +1,74 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""modes.py --tessera PROGRAM --out OUT [--dataset semantickitti_08] [--standing scanner_standing] [--seeds N ...] [--modes NAME ...]:
+what the modes of inference gain over the labels that they were given.
+
+Scenes are the real scans, in their order and the other way round, the standing scanner with labels drawn from their confusion, and streets of 20 scans of the
+robot with 64 beams, at 0.1 and 0.2 m. A row for each scene and mode: gain of the mean IoU in points, without free space and with it, the latter also without the
+points that were seen to move; calibration error, Brier score; bytes a label voxel without free space; median time of a scan's integration without it."""
+import pathlib
+import statistics
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent))
+
+import datasets  # noqa: E402  these need the path above
+import halves  # noqa: E402
+import markdown  # noqa: E402
+from workshop import Workshop  # noqa: E402
+
+MODES = ("counting", "multi-entropy", "lattice")
+MOVING = range(252, 260)
+SCANS = 20
+
+
+def gain_of(judged):
+    return f"{100 * (judged['mean_iou'] - judged['input_mean_iou']):+.2f}"
+
+
+def row_of(workshop, scene, dataset, mode, **options):
+    name = f"{scene} {mode}".replace(" ", "_").replace(",", "")
+    labels, made = workshop.map(f"{name}_labels", dataset, inference=mode, free_space="off", **options)
+    free, _ = workshop.map(name, dataset, inference=mode, **options)
+    alone = workshop.judge(f"{name}_labels", labels, dataset)
+    judged = workshop.judge(name, free, dataset)
+    without = workshop.judge(f"{name}_without", free, dataset, without=list(MOVING))
+    return (scene, mode, gain_of(alone), gain_of(judged), gain_of(without), f"{judged['calibration_error']:.3f}", f"{judged['brier_score']:.3f}",
+            f"{made['memory']['bytes_per_label_voxel']:.1f}", f"{statistics.median(scan['milliseconds'] for scan in made['scans']):.0f}")
+
+
+def scenes(workshop, options):
+    if options.dataset is not None:
+        real = options.dataset.resolve()
+        yield "real scans", real, halves.REAL
+        count = len((real / "poses.txt").read_text().splitlines())
+        yield "real scans, reversed", datasets.subset(workshop.out / "reversed", real, range(count - 1, -1, -1)), halves.REAL
+        if options.standing is not None:
+            confused = datasets.confuse(workshop.out / f"standing_seed_{halves.SEED}", options.standing.resolve(), datasets.confusion(real), halves.SEED)
+            yield "standing scanner", confused, {"resolution": halves.REAL["resolution"]}
+    for seed in options.seeds:
+        robot = workshop.simulate(seed, 2, SCANS)[0]
+        for resolution in (0.1, 0.2):
+            yield f"street {seed}, {resolution} m", robot, {"resolution": resolution, "max_range": 40}
+
+
+def main():
+    parser = halves.parser_of(__doc__)
+    parser.add_argument("--seeds", nargs="*", type=int, default=[5, 6, 7, 8], help="streets; 5 to 8 unless given")
+    parser.add_argument("--modes", nargs="+", default=MODES, help=" ".join(MODES) + " unless given")
+    options = parser.parse_args()
+    workshop = Workshop(options.tessera.resolve(), options.out.resolve())
+    print(f"seed of drawn labels {halves.SEED}")
+    rows = []
+    for scene, dataset, asked in scenes(workshop, options):
+        for mode in options.modes:
+            rows.append(row_of(workshop, scene, dataset, mode, **asked))
+            print(" | ".join(rows[-1]), flush=True)
+    print(markdown.table(("scene", "mode", "gain, no free space", "gain", "gain without what moves", "calibration error", "Brier score", "bytes a label voxel",
+                          "ms, labels alone"), rows))
+
+
+if __name__ == "__main__":
+    main()
