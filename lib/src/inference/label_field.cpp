@@ -93,19 +93,23 @@ void LabelField::look(LocalMap& map, const BlockCoord& block, unsigned layers) n
       for (int dx = -1; dx <= 1; ++dx) {
         const SlabHandle handle =
             map.find_handle(BlockCoord{block.x + dx, block.y + dy, block.z + dz});
-        if (handle == 0) continue;
-        for (unsigned rest = here; rest != 0; rest &= rest - 1) {
-          const auto z = static_cast<std::size_t>(std::countr_zero(rest));
-          const std::size_t layer = (z + kBlockLayers - 1) % kBlockLayers;
-          if (map.block_at(handle).labels[layer] == 0) continue;
-          gather(map.begun_votes(handle, layer), static_cast<std::size_t>(2 * (dx + 1)),
-                 static_cast<std::size_t>(2 * (dy + 1)), z);
-        }
+        if (handle != 0)
+          gather(map, handle, here, static_cast<std::size_t>(2 * (dx + 1)),
+                 static_cast<std::size_t>(2 * (dy + 1)));
       }
     }
   }
   for (std::uint64_t rest = state_[0].found; rest != 0; rest &= rest - 1)
     sum(static_cast<std::size_t>(std::countr_zero(rest)), layers);
+}
+
+void LabelField::gather(LocalMap& map, SlabHandle block, unsigned layers, std::size_t x,
+                        std::size_t y) noexcept {
+  for (; layers != 0; layers &= layers - 1) {
+    const auto z = static_cast<std::size_t>(std::countr_zero(layers));
+    const std::size_t layer = (z + kBlockLayers - 1) % kBlockLayers;
+    if (map.block_at(block).labels[layer] != 0) gather(map.begun_votes(block, layer), x, y, z);
+  }
 }
 
 void LabelField::gather(const LabelVotes& votes, std::size_t x, std::size_t y,

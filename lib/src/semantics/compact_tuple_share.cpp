@@ -34,8 +34,31 @@ void CompactTuple::share_voxel(Octet& octet, std::size_t v, const LabelShares& s
   for (std::size_t s = 0; s < kSlots; ++s) octet.words[s][v] = words[s];
 }
 
-/// Loops over eight voxels without a branch, for the compiler's vectors, where no slot is of
-/// unlabelled evidence.
+/// Loops over eight voxels without a branch, for the compiler's vectors. sums: of the slots, none
+/// of which is of unlabelled evidence.
+void CompactTuple::share_voxels(Octet& octet, unsigned voxels, const LabelShares& shares,
+                                const Words& sums) noexcept {
+  Words given{};  // all ones
+  for (std::size_t v = 0; v < kOctetVoxels; ++v)
+    given[v] = ((voxels >> v) & 1U) != 0 && sums[v] != 0 ? ~std::uint32_t{0} : 0;
+  Words left = sums;
+  for (std::size_t i = 1; i < kSlots; ++i) {
+    const float share = i < shares.count ? shares.shares[i] : 0.0F;
+    const std::uint32_t label = std::uint32_t{shares.labels[i]} << kCountBits;
+    for (std::size_t v = 0; v < kOctetVoxels; ++v) {
+      const std::uint32_t count = part_of(sums[v], share);
+      const std::uint32_t word = count == 0 ? 0 : label | count;
+      left[v] -= count;
+      octet.words[i][v] = (word & given[v]) | (octet.words[i][v] & ~given[v]);
+    }
+  }
+  const std::uint32_t first = std::uint32_t{shares.labels[0]} << kCountBits;
+  for (std::size_t v = 0; v < kOctetVoxels; ++v) {
+    const std::uint32_t word = first | (left[v] < kMostCount ? left[v] : kMostCount);
+    octet.words[0][v] = (word & given[v]) | (octet.words[0][v] & ~given[v]);
+  }
+}
+
 void CompactTuple::share(std::byte* octet_bytes, unsigned voxels, const LabelShares& shares,
                          int unlabelled) noexcept {
   Octet octet{};
@@ -50,29 +73,11 @@ void CompactTuple::share(std::byte* octet_bytes, unsigned voxels, const LabelSha
       sums[v] += word & kMostCount;
     }
   }
-  if (any_of_no_class != 0) {
+  if (any_of_no_class == 0) {
+    share_voxels(octet, voxels, shares, sums);
+  } else {
     for (unsigned rest = voxels; rest != 0; rest &= rest - 1)
       share_voxel(octet, static_cast<std::size_t>(std::countr_zero(rest)), shares, no_class);
-  } else {
-    Words given{};  // all ones
-    for (std::size_t v = 0; v < kOctetVoxels; ++v)
-      given[v] = ((voxels >> v) & 1U) != 0 && sums[v] != 0 ? ~std::uint32_t{0} : 0;
-    Words left = sums;
-    for (std::size_t i = 1; i < kSlots; ++i) {
-      const float share = i < shares.count ? shares.shares[i] : 0.0F;
-      const std::uint32_t label = std::uint32_t{shares.labels[i]} << kCountBits;
-      for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-        const std::uint32_t count = part_of(sums[v], share);
-        const std::uint32_t word = count == 0 ? 0 : label | count;
-        left[v] -= count;
-        octet.words[i][v] = (word & given[v]) | (octet.words[i][v] & ~given[v]);
-      }
-    }
-    const std::uint32_t first = std::uint32_t{shares.labels[0]} << kCountBits;
-    for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-      const std::uint32_t word = first | (left[v] < kMostCount ? left[v] : kMostCount);
-      octet.words[0][v] = (word & given[v]) | (octet.words[0][v] & ~given[v]);
-    }
   }
   store_shared_words(octet_bytes, &octet, sizeof(octet));
 }

@@ -73,6 +73,9 @@ class LabelField {
     std::array<Sums, kMaxComponents> sums{};
   };
 
+  /// Into the window's layers, a bit each, at these cells.
+  void gather(LocalMap& map, SlabHandle block, unsigned layers, std::size_t x,
+              std::size_t y) noexcept;
   void gather(const LabelVotes& votes, std::size_t x, std::size_t y, std::size_t layer) noexcept;
   void sum(std::size_t label, unsigned layers) noexcept;
 

@@ -28,7 +28,8 @@ struct LabelVotes {
   /// Rounded to the nearest; at most kMostAdded.
   [[nodiscard]] static constexpr std::uint32_t votes_of(float votes) noexcept {
     constexpr auto kMost = static_cast<float>(kMostAdded);
-    return static_cast<std::uint32_t>((votes < kMost ? votes : kMost) + 0.5F);
+    const float up = (votes < kMost ? votes : kMost) + 0.5F;
+    return static_cast<std::uint32_t>(up);
   }
   /// octet: of a block, x + 4 y + 16 z.
   [[nodiscard]] static constexpr std::size_t cell_of_octet(int octet) noexcept {

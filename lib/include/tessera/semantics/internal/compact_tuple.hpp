@@ -160,6 +160,8 @@ class CompactTuple {
   }
   static void share_voxel(Octet& octet, std::size_t voxel, const LabelShares& shares,
                           std::uint32_t unlabelled) noexcept;
+  static void share_voxels(Octet& octet, unsigned voxels, const LabelShares& shares,
+                           const Words& sums) noexcept;
   static void add_to_rest(Octet& octet, std::size_t voxel, std::uint32_t count) noexcept;
   static void find_slot(Octet& octet, std::size_t voxel, std::uint32_t component,
                         std::uint32_t count) noexcept;
