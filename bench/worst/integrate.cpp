@@ -3,7 +3,6 @@
 // Scans that cost an integrator most.
 #include <cmath>
 #include <limits>
-#include <random>
 
 #include "costly_scans.hpp"
 #include "meter.hpp"

@@ -81,8 +81,8 @@ LabelVotes LocalMap::begun_votes(SlabHandle handle, std::size_t layer) noexcept 
 }
 
 void LocalMap::vote_as(const Block& block, int octet, const VoxelEvidence& evidence) noexcept {
-  if (!keeps_votes()) return;
   const std::size_t layer = layer_of_octet(octet);
+  if (!keeps_votes() || block.labels[layer] == 0) return;
   LabelVotes votes = this->votes(block, layer);
   if (!votes.begun) return;
   for (int label = 1; label <= classes().num_classes(); ++label) {

@@ -33,12 +33,12 @@ typedef enum tessera_status {
 } tessera_status;
 
 /// Settings of enumerated kinds; fields are uint32_t, so that their size is the same everywhere.
-enum {
+enum {  // mode; TESSERA_LATTICE needs a block_edge of 2
   TESSERA_COUNTING = 0,
   TESSERA_KERNEL = 1,
   TESSERA_MULTI_ENTROPY = 2,
   TESSERA_LATTICE = 3
-};                                                                              ///< mode
+};
 enum { TESSERA_DENSE = 0, TESSERA_COMPACT = 1 };                                ///< tuple
 enum { TESSERA_CARVING_RAYS = 0, TESSERA_CARVING_IMAGE = 1 };                   ///< carving
 enum { TESSERA_THINNING_MEAN = 0, TESSERA_THINNING_SUM = 1 };                   ///< weight

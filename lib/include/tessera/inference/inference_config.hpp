@@ -67,7 +67,7 @@ struct EntropyConfig {
 /// from the cell's middle to the octet's.
 struct LatticeConfig {
   float reach_m = 0.8F;    ///< Length on x and y, 0.001 to 1000; taken as 1.5 to 11 voxels.
-  float height_m = 0.24F;  ///< On z, likewise; the layer above and the one below are reached.
+  float height_m = 0.24F;  ///< On z, 0.001 to 1000; beyond the next layers nothing counts.
 };
 
 /// How a scan's free space is found.

@@ -39,14 +39,13 @@ class LabelField {
   /// Begins a scan. O(1).
   void begin(const LatticeConfig& config, double resolution_m) noexcept;
   /// Adds the votes of the tiles' points, whose blocks are open, and opens the label pages of the
-  /// layers of all units that may receive evidence: room was reserved for them, and returned is for
-  /// how many tiles there was none. Units are of two
-  /// voxels. Unlabelled points have no vote. O(points + tiles);
-  /// and where a map was loaded, once for each layer, O(128 components present).
+  /// layers of all units that may receive evidence. Room was reserved for them; returned is for how
+  /// many tiles there was none. Units are of two voxels. Unlabelled points have no vote. O(points +
+  /// tiles), and once for a layer that was loaded LocalMap::begun_votes().
   [[nodiscard]] static std::uint32_t vote(LocalMap& map, const ScanTiles& tiles) noexcept;
   /// Sums up around the octets of these layers of a block, a bit each. At most 27 look-ups, 54
-  /// label pages, and for each class that they have votes on 376 products of
-  /// four; and once for a layer that was loaded, what LocalMap::begun_votes() does.
+  /// label pages, and for each class that they have votes on 376 products of four; and once for a
+  /// layer that was loaded LocalMap::begun_votes().
   void look(LocalMap& map, const BlockCoord& block, unsigned layers) noexcept;
   /// Of an octet of those layers; none where nothing around it has votes. O(classes found).
   [[nodiscard]] LabelShares shares(int octet) const noexcept;
