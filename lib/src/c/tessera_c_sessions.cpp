@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "file_of_c.hpp"
-#include "tessera/base/internal/put_in_place.hpp"
 #include "tessera/map/queries.hpp"
 #include "tessera_c.hpp"
 
@@ -34,8 +33,8 @@ std::size_t bytes_of(const MapFileHeader& header) noexcept {
 /// Reads the blocks that follow the header.
 Status load(tessera_robot& robot, const ByteSource& source, Arena& arena,
             tessera_loaded_session& loaded) noexcept {
-  const Status made = put_in_place(
-      loaded.map, [&] { return LocalMap::make(arena, robot.header.config, robot.header.classes); });
+  const Status made =
+      LocalMap::make_at(loaded.map, arena, robot.header.config, robot.header.classes);
   if (made != Status::kOk) return made;
   loaded.workspace = arena.take<KeyedIndex>(workspace_entries(robot.header));
   if (loaded.workspace.empty()) return Status::kResourceExhausted;

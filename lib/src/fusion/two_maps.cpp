@@ -3,7 +3,6 @@
 #include "tessera/fusion/internal/two_maps.hpp"
 
 #include "tessera/base/internal/bits.hpp"
-#include "tessera/base/internal/put_in_place.hpp"
 #include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera {
@@ -12,10 +11,9 @@ Result<TwoMaps> TwoMaps::make(Arena& arena, const GlobalMapConfig& config,
                               const ClassTable& classes) noexcept {
   const std::span<LocalMap> maps = arena.take<LocalMap>(2);
   if (maps.empty()) return Status::kResourceExhausted;
-  Status status = put_in_place(maps[0], [&] { return LocalMap::make(arena, config.map, classes); });
+  Status status = LocalMap::make_at(maps[0], arena, config.map, classes);
   if (status == Status::kOk)
-    status = put_in_place(maps[1],
-                          [&] { return LocalMap::make(arena, staged_config(config), classes); });
+    status = LocalMap::make_at(maps[1], arena, staged_config(config), classes);
   if (status != Status::kOk) return status;
   TwoMaps made;
   made.map_ = &maps.front();

@@ -15,18 +15,26 @@ namespace {
 // On their own: what they take of the stack, maps of 3 kB, is not below all that makes one.
 [[gnu::noinline]] Result<LocalMap> without_memory() noexcept { return LocalMap(); }
 [[gnu::noinline]] void refuse(Result<LocalMap>& made, Status status) noexcept { made = status; }
+[[gnu::noinline]] void forget(LocalMap& place) noexcept { place = LocalMap(); }
 
 }  // namespace
 
 Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
                                 const ClassTable& classes) noexcept {
   Result<LocalMap> made = without_memory();
-  const Status status = made->set_up(arena, config, classes);
-  if (status == Status::kOk)
-    made->fill_states_of_passes();
-  else
-    refuse(made, status);
+  const Status status = make_at(*made, arena, config, classes);
+  if (status != Status::kOk) refuse(made, status);
   return made;
+}
+
+Status LocalMap::make_at(LocalMap& place, Arena& arena, const MapConfig& config,
+                         const ClassTable& classes) noexcept {
+  const Status status = place.set_up(arena, config, classes);
+  if (status == Status::kOk)
+    place.fill_states_of_passes();
+  else
+    forget(place);
+  return status;
 }
 
 void LocalMap::fill_states_of_passes() noexcept {

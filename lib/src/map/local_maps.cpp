@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "tessera/base/assert.hpp"
-#include "tessera/base/internal/put_in_place.hpp"
 
 namespace tessera {
 
@@ -16,8 +15,7 @@ Status LocalMaps::set_up(Arena& arena, const MapConfig& config, const ClassTable
   frame_since_.store(first, std::memory_order_relaxed);
   for (std::atomic<std::uint32_t>& at : at_) at.store(first, std::memory_order_relaxed);
   for (std::size_t i = 0; i < (in_submaps ? 2U : 1U); ++i) {
-    const Status status =
-        put_in_place(maps_[i], [&] { return LocalMap::make(arena, config, classes); });
+    const Status status = LocalMap::make_at(maps_[i], arena, config, classes);
     if (status != Status::kOk) return status;
   }
   return Status::kOk;

@@ -29,9 +29,8 @@ Result<StoredArchive*> StoredArchive::make(Arena& arena, const MapConfig& map,
   if (place.empty()) return Status::kResourceExhausted;
   StoredArchive& archive = place.front();
   const int components = classes.num_components();
-  Status status = put_in_place(archive.one_block_, [&] {
-    return LocalMap::make(arena, one_block_config(map, components), classes);
-  });
+  Status status =
+      LocalMap::make_at(archive.one_block_, arena, one_block_config(map, components), classes);
   if (status == Status::kOk)
     status = put_in_place(archive.index_, [&] { return ArchiveIndex::make(arena, blocks); });
   if (status != Status::kOk) return status;

@@ -22,6 +22,9 @@ class LocalMap : public BlockTable {
   /// kArenaAlignment. O(index's table) time; storage is not touched.
   [[nodiscard]] static Result<LocalMap> make(Arena& arena, const MapConfig& config,
                                              const ClassTable& classes) noexcept;
+  /// The same where there is no map yet, without a map on the stack.
+  [[nodiscard]] static Status make_at(LocalMap& place, Arena& arena, const MapConfig& config,
+                                      const ClassTable& classes) noexcept;
   /// No map yet: every voxel is unknown, and nothing can be written.
   LocalMap() noexcept = default;
 
@@ -87,7 +90,11 @@ class LocalMap : public BlockTable {
   void close_empty_label_layers(SlabHandle handle) noexcept;
   /// Votes of a layer with a label page. If they were not begun, they begin as what its labels say:
   /// a quarter of LabelVotes::kPerPoint for each count. O(1), or O(128 components present).
-  [[nodiscard]] LabelVotes begun_votes(SlabHandle handle, std::size_t layer) noexcept;
+  [[nodiscard]] const LabelVotes& begun_votes(SlabHandle handle, std::size_t layer) noexcept {
+    const LabelVotes& found = votes(block_at(handle), layer);
+    if (!found.begun) begin_votes(handle, layer);
+    return found;
+  }
   /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a
   /// tuple that has none left is taken back. Fails with kResourceExhausted iff a free page is
   /// needed and does not fit: counted, unchanged.
@@ -137,6 +144,7 @@ class LocalMap : public BlockTable {
 
  private:
   void fill_states_of_passes() noexcept;
+  void begin_votes(SlabHandle handle, std::size_t layer) noexcept;
   /// Label evidence came to an octet that is no scan's: where its layer's votes were begun, it
   /// votes.
   void vote_as(const Block& block, int octet, const VoxelEvidence& evidence) noexcept;
