@@ -15,7 +15,7 @@ LIMIT = 12 * 1024
 # Of the C library and the compiler's: what they take comes on top.
 ALLOWED = re.compile(r"^(mem(cpy|set|move|cmp)|sqrtf?|__popcountdi2|__stack_chk_fail)$")
 # Functions of the core that it calls through pointers, and who does: parts of their mangled names. "": anyone.
-TARGETS = {"add_rows_of_four": "", "add_rows_of_eight": "", "SpanReader4read": "", "SpanWriter5write": "", "4_FUN": "",
+TARGETS = {"add_rows_of_four": "", "add_rows_of_eight": "", "add_by_eights": "", "OctetsOnAny": "12CompactTuple", "OctetsWithAvx2": "12CompactTuple", "SpanReader4read": "", "SpanWriter5write": "", "4_FUN": "",
            "ExchangePublication": "9Publisher", "MapperArchive": "12MovingWindow",
            "12ArchiveCalls": "Mapper", "13WholeMapCalls4find": "10KeyedIndex", "13WholeMapCalls1": "8WholeMap", "CallbacksOfC": "7tessera", "FileOfC": "7tessera"}
 FUNCTION = re.compile(r"^[0-9a-f]+ <([^>]+)>:$")

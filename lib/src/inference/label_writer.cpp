@@ -44,13 +44,14 @@ std::span<const TilePoint> points_of(const ScanTiles& tiles, const UnitSample* s
 
 /// The kernel's sums of one octet of a unit, of the points that were decided on.
 void sum_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyDecision& decision,
-                const KernelShape& kernel, const OctetPlace& octet, OctetEvidence& sums,
-                EvidenceWork& work) noexcept {
+                const KernelShape& kernel, AddOctetPoints wide, const OctetPlace& octet,
+                OctetEvidence& sums, EvidenceWork& work) noexcept {
   if (decision.own)
-    add_points(points_of(tiles, around.own), Point3f::Zero(), octet, kernel, sums, work);
+    add_points(points_of(tiles, around.own), Point3f::Zero(), octet, kernel, wide, sums, work);
   for (std::size_t face = 0; decision.neighbours && face < 6; ++face) {
     if (around.faces[face] == nullptr) continue;
-    add_points(points_of(tiles, around.faces[face]), around.shift[face], octet, kernel, sums, work);
+    add_points(points_of(tiles, around.faces[face]), around.shift[face], octet, kernel, wide, sums,
+               work);
   }
 }
 
@@ -82,6 +83,7 @@ Result<LabelWriter> LabelWriter::make(Arena& arena, const InferenceConfig& confi
   LabelWriter writer;
   writer.config_ = config;
   writer.octet_ = arena.take<OctetEvidence>(1);
+  writer.wide_ = widest_octet_points();
   if (writer.lattice()) {
     const Result<LabelField> field = LabelField::make(arena);
     if (!field.ok()) return field.status();
@@ -94,10 +96,11 @@ Result<LabelWriter> LabelWriter::make(Arena& arena, const InferenceConfig& confi
   return writer;
 }
 
-void LabelWriter::begin(double resolution_m, KernelReach reach) noexcept {
+void LabelWriter::begin(const ClassTable& classes, double resolution_m,
+                        KernelReach reach) noexcept {
   const double length = static_cast<double>(config_.kernel_length_m) / resolution_m;
   strips_.begin(config_, static_cast<float>(length), reach);
-  if (lattice()) field_.begin(config_.lattice, resolution_m);
+  if (lattice()) field_.begin(config_.lattice, classes, resolution_m);
 }
 
 void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origin_voxel,
@@ -153,8 +156,8 @@ void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile&
       if (counting) {
         count_points(points_of(tiles, around.own), octet, config_.min_weight, sums, work);
       } else {
-        sum_points(tiles, around, decision, kernel_shape(config_, decision.length_voxels), octet,
-                   sums, work);
+        sum_points(tiles, around, decision, kernel_shape(config_, decision.length_voxels), wide_,
+                   octet, sums, work);
       }
       if (sums.components() == 0) continue;
       if (around.own != nullptr)

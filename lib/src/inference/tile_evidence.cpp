@@ -5,7 +5,9 @@
 #include <bit>
 #include <cstddef>
 
+#include "octet_points.hpp"
 #include "tessera/base/internal/bits.hpp"
+#include "tessera/base/internal/lane_width.hpp"
 #include "tessera/base/internal/lanes.hpp"
 #include "tessera/inference/kernel.hpp"
 
@@ -72,11 +74,34 @@ OctetCentroids centroids_of(std::span<const TilePoint> points, const OctetPlace&
   return found;
 }
 
+AddOctetPoints widest_octet_points() noexcept {
+  return has_avx2() ? octet_points_by_eights() : nullptr;
+}
+
 void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
-                const KernelShape& kernel, OctetEvidence& into, EvidenceWork& work) noexcept {
+                const KernelShape& kernel, AddOctetPoints wide, OctetEvidence& into,
+                EvidenceWork& work) noexcept {
   const float x0 = static_cast<float>(octet.corner[0]) + 0.5F - shift.x();
   const float y0 = static_cast<float>(octet.corner[1]) + 0.5F - shift.y();
   const float z0 = static_cast<float>(octet.corner[2]) + 0.5F - shift.z();
+  work.evaluations += points.size() * static_cast<std::uint64_t>(count_ones(octet.voxels));
+  if (wide != nullptr) {
+    OctetPoints all{.points = points.data(),
+                    .count = points.size(),
+                    .x = x0,
+                    .y = y0,
+                    .z = z0,
+                    .scale = kernel.scale,
+                    .inverse_square = kernel.inverse_square,
+                    .least = least_counted(kernel.min_weight),
+                    .least_share = kLeastCount,
+                    .voxels = octet.voxels,
+                    .planes = into.planes(),
+                    .components = into.components()};
+    work.updates += wide(all);
+    into.set_touched(all.components);
+    return;
+  }
   const Float4 x{x0, x0 + 1.0F, x0, x0 + 1.0F};
   const Float4 y{y0, y0, y0 + 1.0F, y0 + 1.0F};
   const Contribution contribution(kernel);
@@ -114,7 +139,6 @@ void add_points(std::span<const TilePoint> points, const Point3f& shift, const O
       add(component, counts_of(kept_low * share), counts_of(kept_high * share));
     });
   }
-  work.evaluations += points.size() * static_cast<std::uint64_t>(count_ones(octet.voxels));
   work.updates += static_cast<std::uint64_t>(sum_of(updates));
 }
 

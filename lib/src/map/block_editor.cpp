@@ -41,9 +41,12 @@ void BlockEditor::drop_label_page(std::size_t layer) noexcept {
   store_shared(block_.labels[layer], SlabHandle{0});
 }
 
-void BlockEditor::share_labels(int octet, unsigned voxels, const LabelShares& shares) noexcept {
+void BlockEditor::add_labels(int octet, const OctetEvidence& added, unsigned voxels,
+                             const LabelShares& shares) noexcept {
   note_components(shares.components());
-  table_.tuples_.share(tuples(octet), voxels, shares, table_.num_components());
+  TupleStore::Plane sums =
+      table_.tuples_.add_shared(tuples(octet), added, voxels, shares, table_.num_components());
+  end_adding(octet, added, sums);
 }
 
 void BlockEditor::update_observed(int octet, const TupleStore::Plane& sums) noexcept {

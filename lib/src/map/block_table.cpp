@@ -76,12 +76,6 @@ std::uint64_t BlockTable::octets_of(const Block& block) const noexcept {
   return octets;
 }
 
-LabelVotes BlockTable::votes(const Block& block, std::size_t layer) const noexcept {
-  LabelVotes votes;
-  std::memcpy(&votes, pool_.at(block.labels[layer]) + sizeof(LabelPage), sizeof(votes));
-  return votes;
-}
-
 void BlockTable::set_votes(const Block& block, std::size_t layer,
                            const LabelVotes& votes) noexcept {
   store_shared_words(pool_.at(block.labels[layer]) + sizeof(LabelPage), &votes, sizeof(votes));

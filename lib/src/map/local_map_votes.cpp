@@ -9,8 +9,6 @@
 
 namespace tessera {
 
-/// What is there is of one class while evidence is added to it, so that a compact tuple always has
-/// a slot for it.
 Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& added,
                             const LabelShares& shares) noexcept {
   const unsigned voxels = labelled_voxels(added);
@@ -19,11 +17,7 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
   const Status status = editor.ensure_octet(octet);
   if (status != Status::kOk) return status;
   editor.keep_label_pages();  // the layer has votes, which tiles to come look at
-  editor.share_labels(octet, voxels, shares.first());
-  editor.add_labels(octet, added);
-  // What rounds to nothing leaves no octet.
-  if (shares.count > 1 && octet_handle(block_at(handle), octet) != 0)
-    editor.share_labels(octet, voxels, shares);
+  editor.add_labels(octet, added, voxels, shares);
   editor.note_revision();
   return Status::kOk;
 }
@@ -58,10 +52,9 @@ std::uint32_t votes_of_count(float count) noexcept {
 
 }  // namespace
 
-LabelVotes LocalMap::begun_votes(SlabHandle handle, std::size_t layer) noexcept {
+void LocalMap::begin_votes(SlabHandle handle, std::size_t layer) noexcept {
   const Block& block = block_at(handle);
-  LabelVotes found = votes(block, layer);
-  if (found.begun) return found;
+  LabelVotes found;
   found.begun = true;
   const int first = static_cast<int>(layer) * kLayerOctets;
   for (int octet = first; octet < first + kLayerOctets; ++octet) {
@@ -77,7 +70,6 @@ LabelVotes LocalMap::begun_votes(SlabHandle handle, std::size_t layer) noexcept 
     }
   }
   set_votes(block, layer, found);
-  return found;
 }
 
 void LocalMap::vote_as(const Block& block, int octet, const VoxelEvidence& evidence) noexcept {

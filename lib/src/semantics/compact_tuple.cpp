@@ -7,10 +7,14 @@
 #include <span>
 #include <utility>
 
+#include "octet_loops.hpp"
 #include "tessera/base/assert.hpp"
 #include "tessera/base/internal/shared_words.hpp"
 
 namespace tessera {
+
+CompactTuple::CompactTuple(float quanta, LaneWidth lanes) noexcept
+    : quanta_(quanta), quantum_(1.0F / quanta), loops_(&octet_loops(lanes)) {}
 
 void CompactTuple::add_to_rest(Octet& octet, std::size_t voxel, std::uint32_t count) noexcept {
   std::uint32_t& rest = octet.words[kRest][voxel];
@@ -42,44 +46,13 @@ void CompactTuple::find_slot(Octet& octet, std::size_t voxel, std::uint32_t comp
   }
 }
 
-// Loops over eight voxels without a branch, for the compiler's vectors.
-CompactTuple::Words CompactTuple::counts_of_plane(const Plane& plane) const noexcept {
-  constexpr auto kMost = static_cast<float>(kMostCount);
-  Words count{};
-  for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-    const float exact = plane[v] * quanta_ + 0.5F;
-    count[v] = static_cast<std::uint32_t>(static_cast<std::int32_t>(exact < kMost ? exact : kMost));
-  }
-  return count;
-}
-
 void CompactTuple::add_plane(Octet& octet, std::uint32_t component, const Plane& plane,
                              Words& added) const noexcept {
-  Words count = counts_of_plane(plane);
-  for (std::size_t v = 0; v < kOctetVoxels; ++v) added[v] |= count[v];
-  for (std::size_t s = 0; s < kSlots; ++s) {
-    Words& words = octet.words[s];
-    for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-      const std::uint32_t word = words[v];
-      const bool own = word >> kCountBits == component;
-      const std::uint32_t room = kMostCount - (word & kMostCount);
-      const std::uint32_t more = count[v] < room ? count[v] : room;
-      words[v] = own ? word + more : word;
-      count[v] = own ? 0 : count[v];
-    }
-  }
+  Words count{};
+  loops_->add_to_slots(octet.words[0].data(), component, plane.data(), quanta_, count.data(),
+                       added.data());
   for (std::size_t v = 0; v < kOctetVoxels; ++v) {
     if (count[v] != 0) find_slot(octet, v, component, count[v]);
-  }
-}
-
-void CompactTuple::add_to_rests(Octet& octet, const Plane& plane, Words& added) const noexcept {
-  const Words counts = counts_of_plane(plane);
-  Words& rests = octet.words[kRest];
-  for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-    added[v] |= counts[v];
-    const std::uint32_t room = kMostCount - (rests[v] & kMostCount);
-    rests[v] += counts[v] < room ? counts[v] : room;
   }
 }
 
@@ -103,7 +76,8 @@ CompactTuple::Plane CompactTuple::add_planes(std::byte* octet_bytes,
   Octet octet{};
   std::memcpy(&octet, octet_bytes, sizeof(octet));
   Words given{};
-  if (added.has_rest()) add_to_rests(octet, added.read(0), given);
+  if (added.has_rest())
+    loops_->add_to_rests(octet.words[0].data(), added.read(0).data(), quanta_, given.data());
   for (std::uint64_t rest = added.components() & ~std::uint64_t{1}; rest != 0; rest &= rest - 1) {
     const int component = std::countr_zero(rest);
     add_plane(octet, static_cast<std::uint32_t>(component), added.read(component), given);
@@ -119,11 +93,7 @@ template CompactTuple::Plane CompactTuple::add_planes(std::byte*,
 
 CompactTuple::Plane CompactTuple::sums_of(const Octet& octet) const noexcept {
   Plane sums{};
-  for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-    std::uint32_t sum = 0;
-    for (std::size_t s = 0; s <= kRest; ++s) sum += octet.words[s][v] & kMostCount;
-    sums[v] = static_cast<float>(static_cast<std::int32_t>(sum)) * quantum_;
-  }
+  loops_->sum_up(octet.words[0].data(), quantum_, sums.data());
   return sums;
 }
 

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstring>
 
+#include "octet_loops.hpp"
 #include "tessera/base/internal/shared_words.hpp"
 #include "tessera/semantics/internal/compact_tuple.hpp"
 
@@ -34,47 +35,50 @@ void CompactTuple::share_voxel(Octet& octet, std::size_t v, const LabelShares& s
   for (std::size_t s = 0; s < kSlots; ++s) octet.words[s][v] = words[s];
 }
 
-/// Loops over eight voxels without a branch, for the compiler's vectors. sums: of the slots, none
-/// of which is of unlabelled evidence.
-void CompactTuple::share_voxels(Octet& octet, unsigned voxels, const LabelShares& shares,
-                                const Words& sums) noexcept {
-  Words given{};  // all ones
-  for (std::size_t v = 0; v < kOctetVoxels; ++v)
-    given[v] = ((voxels >> v) & 1U) != 0 && sums[v] != 0 ? ~std::uint32_t{0} : 0;
-  Words left = sums;
-  for (std::size_t i = 1; i < kSlots; ++i) {
-    const float share = i < shares.count ? shares.shares[i] : 0.0F;
-    const std::uint32_t label = std::uint32_t{shares.labels[i]} << kCountBits;
-    for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-      const std::uint32_t count = part_of(sums[v], share);
-      const std::uint32_t word = count == 0 ? 0 : label | count;
-      left[v] -= count;
-      octet.words[i][v] = (word & given[v]) | (octet.words[i][v] & ~given[v]);
-    }
+void CompactTuple::share_voxels(Octet& octet, const Plane* plane, unsigned voxels,
+                                const LabelShares& shares, Words& given) const noexcept {
+  OctetLoops::Shares of;
+  of.voxels = voxels;
+  for (std::size_t i = 0; i < kSlots; ++i) {
+    of.labels[i] = shares.labels[i];
+    of.shares[i] = i < shares.count ? shares.shares[i] : 0.0F;
   }
-  const std::uint32_t first = std::uint32_t{shares.labels[0]} << kCountBits;
-  for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-    const std::uint32_t word = first | (left[v] < kMostCount ? left[v] : kMostCount);
-    octet.words[0][v] = (word & given[v]) | (octet.words[0][v] & ~given[v]);
+  loops_->share_out(octet.words[0].data(), plane == nullptr ? nullptr : plane->data(), quanta_, of,
+                    given.data());
+}
+
+CompactTuple::Plane CompactTuple::add_shared(std::byte* octet_bytes, const OctetEvidence& added,
+                                             unsigned voxels, const LabelShares& shares,
+                                             int unlabelled) const noexcept {
+  Octet octet{};
+  std::memcpy(&octet, octet_bytes, sizeof(octet));
+  const bool adds_unlabelled =
+      ((added.components() >> static_cast<unsigned>(unlabelled)) & 1U) != 0;
+  if (adds_unlabelled ||
+      loops_->any_of(octet.words[0].data(), static_cast<std::uint32_t>(unlabelled))) {
+    share(octet_bytes, voxels, shares.first(), unlabelled);
+    static_cast<void>(add(octet_bytes, added));
+    if (shares.count > 1) share(octet_bytes, voxels, shares, unlabelled);
+    return label_sums(octet_bytes);
   }
+  Words given{};
+  if (added.has_rest())
+    loops_->add_to_rests(octet.words[0].data(), added.read(0).data(), quanta_, given.data());
+  const bool adds_class = ((added.components() >> unsigned{shares.labels[0]}) & 1U) != 0;
+  share_voxels(octet, adds_class ? &added.read(shares.labels[0]) : nullptr, voxels, shares, given);
+  join_centroids(octet, added.centroids(), given);
+  store_shared_words(octet_bytes, &octet, sizeof(octet));
+  return sums_of(octet);
 }
 
 void CompactTuple::share(std::byte* octet_bytes, unsigned voxels, const LabelShares& shares,
-                         int unlabelled) noexcept {
+                         int unlabelled) const noexcept {
   Octet octet{};
   std::memcpy(&octet, octet_bytes, sizeof(octet));
   const auto no_class = static_cast<std::uint32_t>(unlabelled);
-  std::uint32_t any_of_no_class = 0;
-  Words sums{};
-  for (std::size_t s = 0; s < kSlots; ++s) {
-    for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-      const std::uint32_t word = octet.words[s][v];
-      any_of_no_class |= word >> kCountBits == no_class ? 1U : 0U;
-      sums[v] += word & kMostCount;
-    }
-  }
-  if (any_of_no_class == 0) {
-    share_voxels(octet, voxels, shares, sums);
+  if (!loops_->any_of(octet.words[0].data(), no_class)) {
+    Words given{};
+    share_voxels(octet, nullptr, voxels, shares, given);
   } else {
     for (unsigned rest = voxels; rest != 0; rest &= rest - 1)
       share_voxel(octet, static_cast<std::size_t>(std::countr_zero(rest)), shares, no_class);

@@ -4,6 +4,7 @@
 #include "tessera/map/internal/label_votes.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <map>
 
 #include "support/random.hpp"
@@ -144,6 +145,40 @@ TEST_CASE("label votes: evidence that rounds to nothing takes neither votes nor 
   CHECK(votes_of_cell(small.map.begun_votes(block, 0), 0) == std::map<int, std::uint32_t>{{1, 40}});
   small.map.close_empty_label_layers(block);
   CHECK(small.map.items()[kLabelSlab] == 0);
+}
+
+TEST_CASE("label votes: a full voxel with passes keeps the cap, and its classes their shares") {
+  for (const TuplePolicy tuple : {TuplePolicy::kCompact, TuplePolicy::kDense}) {
+    CAPTURE(to_string(tuple));
+    MapConfig config = config_with_votes();
+    config.tuple = tuple;
+    config.max_evidence = 10.0F;
+    config.free_weight = 0.5F;
+    SmallMap small(config, 5);
+    for (int pass = 0; pass < 4; ++pass) REQUIRE(carve(small.map, {1, 2, 0}) == Status::kOk);
+    const SlabHandle block = small.map.find_handle(BlockCoord{0, 0, 0});
+    LabelShares shares;
+    for (const auto& [label, share] : {std::pair{2, 0.6F}, {3, 0.3F}, {5, 0.1F}})
+      shares.offer(static_cast<std::uint8_t>(label), share);
+    shares.divide(1.0F / 16.0F);
+    const VoxelCoord voxel{1, 2, 0};
+    for (int scan = 0; scan < 12; ++scan) {
+      OctetEvidence added;
+      added.plane(2)[static_cast<std::size_t>(voxel_in_octet(voxel))] = 2.5F;
+      REQUIRE(small.map.add_labels(block, octet_in_block(voxel), added, shares) == Status::kOk);
+      const VoxelEvidence evidence = small.map.evidence(voxel);
+      const double labels = evidence.total() - static_cast<double>(evidence.sigma[0]);
+      CHECK(evidence.total() <= 10.0 + 1e-4);
+      CHECK(evidence.total() >= std::min(10.0, 2.0 + 2.5 * (scan + 1)) - 0.6);
+      CHECK(static_cast<double>(evidence.sigma[2]) == Approx(0.6 * labels).epsilon(1e-3));
+      CHECK(static_cast<double>(evidence.sigma[3]) == Approx(0.3 * labels).epsilon(1e-3));
+      CHECK(static_cast<double>(evidence.sigma[5]) == Approx(0.1 * labels).epsilon(1e-3));
+    }
+    // Passes gave way in whole ones.
+    const float passes = small.map.evidence(voxel).sigma[0] / 0.5F;
+    CHECK(passes == std::floor(passes));
+    CHECK(passes < 4.0F);
+  }
 }
 
 TEST_CASE("label votes: pages that were opened for them go where no label came") {

@@ -65,6 +65,10 @@ class OctetEvidence {
     components_ |= std::uint64_t{1} << static_cast<unsigned>(component);
     planes_[static_cast<std::size_t>(component)] = counts;
   }
+  /// The planes one after the other, for loops that touch them as plane() does: those of components
+  /// that were not touched mean nothing. Afterwards set_touched() says which are.
+  [[nodiscard]] float* planes() noexcept { return planes_[0].data(); }
+  void set_touched(std::uint64_t components) noexcept { components_ = components; }
   /// component: one of components().
   [[nodiscard]] const Plane& read(int component) const noexcept {
     return planes_[static_cast<std::size_t>(component)];

@@ -6,9 +6,9 @@
 
 #include <span>
 
-#include "tessera/inference/internal/label_field.hpp"
 #include "tessera/inference/internal/scan_work.hpp"
 #include "tessera/inference/internal/strip_writer.hpp"
+#include "tessera/inference/label_field.hpp"
 
 namespace tessera {
 
@@ -25,8 +25,8 @@ class LabelWriter {
   /// No memory: for maps and tiles without points alone.
   LabelWriter() noexcept = default;
 
-  /// Begins a scan. O(1).
-  void begin(double resolution_m, KernelReach reach) noexcept;
+  /// Begins a scan of a map of these classes. O(C).
+  void begin(const ClassTable& classes, double resolution_m, KernelReach reach) noexcept;
   /// Writes the wanted units of all tiles, whose blocks are open: nearest first where there is a
   /// deadline, and what it leaves out is counted. Room was reserved before: a write that fails is
   /// counted as a fault. Cost: 7 e^3 evaluations for a point (multi-entropy, unit edge e), one
@@ -44,6 +44,7 @@ class LabelWriter {
   std::span<OctetEvidence> octet_;  ///< Sums of the current octet.
   StripWriter strips_{};            ///< In the kernel mode.
   LabelField field_{};              ///< In the lattice mode.
+  AddOctetPoints wide_ = nullptr;   ///< Of this machine.
 };
 
 }  // namespace tessera

@@ -16,6 +16,9 @@
 
 namespace tessera {
 
+struct OctetPoints;
+using AddOctetPoints = std::uint64_t (*)(OctetPoints& octet) noexcept;
+
 /// What evidence took.
 struct EvidenceWork {
   std::uint64_t updates = 0;      ///< Contributions added.
@@ -141,9 +144,12 @@ bool for_units_across(const BlockCoord& tile, int unit, Visit&& visit) noexcept 
 }
 
 /// Adds to each voxel of the octet the kernel-weighted points; shift is added to their coordinates.
-/// O(8 points).
+/// wide: octet_points_by_eights(), or null; the bits are the same. O(8 points).
 void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
-                const KernelShape& kernel, OctetEvidence& into, EvidenceWork& work) noexcept;
+                const KernelShape& kernel, AddOctetPoints wide, OctetEvidence& into,
+                EvidenceWork& work) noexcept;
+/// Of the widest lanes that this machine has.
+[[nodiscard]] AddOctetPoints widest_octet_points() noexcept;
 
 /// The means of the points in each voxel of the octet. O(points).
 [[nodiscard]] OctetCentroids centroids_of(std::span<const TilePoint> points,

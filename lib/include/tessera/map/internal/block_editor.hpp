@@ -47,8 +47,9 @@ class BlockEditor {
   /// Adds to an octet that is there and holds the cap. added: an OctetEvidence or an OctetOfBlock.
   template <class Evidence>
   void add_labels(int octet, const Evidence& added) noexcept;
-  /// LocalMap::add_labels with shares, after add_labels.
-  void share_labels(int octet, unsigned voxels, const LabelShares& shares) noexcept;
+  /// The same with shares, as LocalMap::add_labels has them.
+  void add_labels(int octet, const OctetEvidence& added, unsigned voxels,
+                  const LabelShares& shares) noexcept;
   /// There must be storage for it.
   void ensure_label_page(std::size_t layer) noexcept;
   /// From now on label pages stay that have lost their last octet; to be taken back later
@@ -100,6 +101,15 @@ class BlockEditor {
   void note_components(std::uint64_t components) noexcept {
     if ((components & table_.classes_.moving()) != 0) table_.join_moving(handle_);
   }
+  /// Holds the cap. Mostly there are no passes and no full voxel.
+  template <class Evidence>
+  void end_adding(int octet, const Evidence& added, TupleStore::Plane& sums) noexcept {
+    const float cap = table_.config_.max_evidence;
+    if (cap > 0.0F &&
+        (block_.free_passes[layer_of_octet(octet)] != 0 || bits_above(sums.data(), cap) != 0))
+      hold_cap(octet, labelled_voxels(added), sums);
+    update_observed(octet, sums);
+  }
   void hold_cap(int octet, unsigned voxels, TupleStore::Plane& sums) noexcept;
   /// Returns those that went.
   unsigned contradict(int octet, unsigned voxels, unsigned going, float left) noexcept;
@@ -113,16 +123,11 @@ class BlockEditor {
   bool keeps_label_pages_ = false;
 };
 
-/// Mostly there are no passes and no full voxel.
 template <class Evidence>
 void BlockEditor::add_labels(int octet, const Evidence& added) noexcept {
-  const float cap = table_.config_.max_evidence;
   note_components(added.components() & ~std::uint64_t{1});
   TupleStore::Plane sums = table_.tuples_.add(tuples(octet), added);
-  if (cap > 0.0F &&
-      (block_.free_passes[layer_of_octet(octet)] != 0 || bits_above(sums.data(), cap) != 0))
-    hold_cap(octet, labelled_voxels(added), sums);
-  update_observed(octet, sums);
+  end_adding(octet, added, sums);
 }
 
 }  // namespace tessera

@@ -88,7 +88,9 @@ class BlockTable {
   /// Whether it keeps votes (MapConfig::label_votes).
   [[nodiscard]] bool keeps_votes() const noexcept { return config_.label_votes; }
   /// Of a layer that has a label page, in a map that keeps them.
-  [[nodiscard]] LabelVotes votes(const Block& block, std::size_t layer) const noexcept;
+  [[nodiscard]] const LabelVotes& votes(const Block& block, std::size_t layer) const noexcept {
+    return *reinterpret_cast<const LabelVotes*>(pool_.at(block.labels[layer]) + sizeof(LabelPage));
+  }
   /// Sets them; no change of the block, as nobody else reads them.
   void set_votes(const Block& block, std::size_t layer, const LabelVotes& votes) noexcept;
   /// The octets for which a block has tuples, a bit each.

@@ -20,12 +20,15 @@
 #include <cstring>
 #include <utility>
 
+#include "tessera/base/internal/lane_width.hpp"
 #include "tessera/base/internal/shared_words.hpp"
 #include "tessera/semantics/estimate.hpp"
 #include "tessera/semantics/evidence.hpp"
 #include "tessera/semantics/internal/label_shares.hpp"
 
 namespace tessera {
+
+struct OctetLoops;
 
 class CompactTuple {
  public:
@@ -45,9 +48,11 @@ class CompactTuple {
     return quanta;
   }
 
-  /// quanta: of quanta_per_unit, as in all that follows.
-  explicit constexpr CompactTuple(float quanta = 4096.0F) noexcept
-      : quanta_(quanta), quantum_(1.0F / quanta) {}
+  /// For maps without tuples.
+  constexpr CompactTuple() noexcept = default;
+  /// quanta: of quanta_per_unit, as in all that follows. lanes: whatever they are, the bits are the
+  /// same.
+  explicit CompactTuple(float quanta, LaneWidth lanes = LaneWidth::kWidest) noexcept;
 
   /// Adds evidence, component by component, each rounded to the nearest quantum; what has_rest goes
   /// to the rest. Voxels that it adds to have the nearer centroid then. Returns what
@@ -66,8 +71,12 @@ class CompactTuple {
   /// these shares, rounded down and what is left of the sum to the first. Where no slot is free for
   /// the last of them, the first has its share too. The rest stays as it is. A count saturates, as
   /// in add(): so classes in one slot end where one count does.
-  static void share(std::byte* octet, unsigned voxels, const LabelShares& shares,
-                    int unlabelled) noexcept;
+  void share(std::byte* octet, unsigned voxels, const LabelShares& shares,
+             int unlabelled) const noexcept;
+  /// What share() with the first class alone, add() and share() give together, where evidence of
+  /// classes is of that first class; in one pass where there is nothing unlabelled.
+  Plane add_shared(std::byte* octet, const OctetEvidence& added, unsigned voxels,
+                   const LabelShares& shares, int unlabelled) const noexcept;
   /// Writes one voxel's counts into sigma and rest; entries of classes without a slot are left as
   /// they are.
   void read(const std::byte* octet, int voxel, VoxelEvidence& into) const noexcept;
@@ -143,9 +152,6 @@ class CompactTuple {
       const VoxelEvidence& evidence) const noexcept;
   template <class Evidence>
   Plane add_planes(std::byte* octet, const Evidence& added) const noexcept;
-  /// In whole quanta.
-  [[nodiscard]] Words counts_of_plane(const Plane& plane) const noexcept;
-  void add_to_rests(Octet& octet, const Plane& plane, Words& added) const noexcept;
   [[nodiscard]] Plane sums_of(const Octet& octet) const noexcept;
   /// added: counts that are not zero get bits.
   void add_plane(Octet& octet, std::uint32_t component, const Plane& plane,
@@ -160,14 +166,16 @@ class CompactTuple {
   }
   static void share_voxel(Octet& octet, std::size_t voxel, const LabelShares& shares,
                           std::uint32_t unlabelled) noexcept;
-  static void share_voxels(Octet& octet, unsigned voxels, const LabelShares& shares,
-                           const Words& sums) noexcept;
+  /// Without unlabelled evidence; plane: what is added before, of a class, or null.
+  void share_voxels(Octet& octet, const Plane* plane, unsigned voxels, const LabelShares& shares,
+                    Words& given) const noexcept;
   static void add_to_rest(Octet& octet, std::size_t voxel, std::uint32_t count) noexcept;
   static void find_slot(Octet& octet, std::size_t voxel, std::uint32_t component,
                         std::uint32_t count) noexcept;
 
-  float quanta_;
-  float quantum_;
+  float quanta_ = 4096.0F;
+  float quantum_ = 1.0F / 4096.0F;
+  const OctetLoops* loops_ = nullptr;
 };
 
 }  // namespace tessera

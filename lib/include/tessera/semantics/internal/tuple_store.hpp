@@ -33,7 +33,7 @@ class TupleStore {
 
   constexpr TupleStore() noexcept = default;
   /// max_evidence: the map's cap, 0 for none.
-  constexpr TupleStore(TuplePolicy policy, float max_evidence) noexcept
+  TupleStore(TuplePolicy policy, float max_evidence) noexcept
       : policy_(policy), compact_(CompactTuple::quanta_per_unit(max_evidence)) {}
 
   /// Bytes of a new octet that must be zero before the first use.
@@ -86,9 +86,18 @@ class TupleStore {
   /// O(components) a voxel.
   void share(std::byte* octet, unsigned voxels, const LabelShares& shares,
              int num_components) const noexcept {
-    if (!dense()) return CompactTuple::share(octet, voxels, shares, num_components - 1);
+    if (!dense()) return compact_.share(octet, voxels, shares, num_components - 1);
     for (; voxels != 0; voxels &= voxels - 1)
       share_dense(octet, std::countr_zero(voxels), shares, num_components);
+  }
+  /// Adds evidence whose classes are gathered in the first of the shares, and makes the counts of
+  /// these voxels, old and new, counts in these shares as share(). Returns what label_sums is then.
+  Plane add_shared(std::byte* octet, const OctetEvidence& added, unsigned voxels,
+                   const LabelShares& shares, int num_components) const noexcept {
+    if (!dense()) return compact_.add_shared(octet, added, voxels, shares, num_components - 1);
+    static_cast<void>(DenseTuple::add(octet, added));
+    share(octet, voxels, shares, num_components);
+    return DenseTuple::label_sums(octet);
   }
   /// Prefetches the memory that summarize reads first; of a dense octet, its header and the first
   /// component's plane.
