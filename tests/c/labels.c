@@ -62,9 +62,44 @@ static void test_scans(void) {
   CHECK(report.weighted_labels == 0 && report.unlabelled == 0);
 }
 
+/* Which class a place has that is in doubt: one point of class 1, and three of class 2 in the cell
+   beside it, 0.8 m away. */
+static uint32_t label_with(const tessera_config* config) {
+  static const float points[12] = {5.1F, 0.1F, 0.1F, 5.9F, 0.1F, 0.1F,
+                                   6.1F, 0.1F, 0.1F, 6.3F, 0.1F, 0.1F};
+  static const uint8_t components[4] = {1, 2, 2, 2};
+  const tessera_scan scan = {.struct_bytes = sizeof(scan),
+                             .stride_floats = 3,
+                             .points = points,
+                             .components = components,
+                             .count = 4,
+                             .T_map_sensor = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+  tessera_robot* const robot = small_robot(0, config, NULL);
+  CHECK_STATUS(TESSERA_OK, tessera_integrate(robot, &scan, NULL));
+  tessera_estimate estimate;
+  CHECK_STATUS(TESSERA_OK, tessera_query(robot, TESSERA_LOCAL_MAP, points, &estimate));
+  CHECK(estimate.state == TESSERA_OCCUPIED);
+  return estimate.label;
+}
+
+static void test_kernels(void) {
+  tessera_config config = small_config(1);
+  config.mode = TESSERA_LATTICE;
+  CHECK(config.lattice_reach_m == 0);
+  CHECK(config.class_reach_m[0] == 0 && config.class_height_m[61] == 0);
+  config.class_reach_m[1] = 2.2F;
+  config.class_height_m[1] = 0.24F;
+  CHECK(label_with(&config) == 2);
+  config.class_reach_m[1] = 0.3F;
+  CHECK(label_with(&config) == 1);
+  config.lattice_reach_m = 2.2F; /* of all classes */
+  CHECK(label_with(&config) == 2);
+}
+
 int main(void) {
   test_weights();
   test_scans();
+  test_kernels();
   if (failures == 0) printf("PASS all\n");
   return failures == 0 ? 0 : 1;
 }

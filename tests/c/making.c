@@ -45,6 +45,16 @@ static void test_making(void) {
   REFUSED(tessera_robot_make(&config, classes, 2, NULL, NULL, bytes, &robot));
   REFUSED(tessera_robot_make(&config, classes, 2, NULL, memory.bytes + 8, bytes, &robot));
   REFUSED(tessera_robot_make(&config, classes, 2, NULL, memory.bytes, bytes, NULL));
+  const float wrong[4] = {-1.0F, 1e-4F, 2000.0F, NAN};
+  for (int i = 0; i < 4; ++i) {
+    tessera_config kernels = config;
+    kernels.class_reach_m[1] = wrong[i];
+    kernels.class_height_m[1] = 0.24F;
+    REFUSED(tessera_robot_make(&kernels, classes, 2, NULL, memory.bytes, bytes, &robot));
+    kernels.class_reach_m[1] = i == 0 ? 0.0F : 0.24F; /* a height alone */
+    kernels.class_height_m[1] = i == 0 ? 0.24F : wrong[i];
+    REFUSED(tessera_robot_make(&kernels, classes, 2, NULL, memory.bytes, bytes, &robot));
+  }
   const uint64_t too_few[4] = {0, 64, bytes / 2, bytes - 64};
   for (int i = 0; i < 4; ++i) {
     CHECK_STATUS(TESSERA_RESOURCE_EXHAUSTED,

@@ -43,10 +43,11 @@ TEST_CASE("integrator: every value outside its range is refused") {
     changes.emplace_back([=](InferenceConfig& c) { c.free_space.margin_voxels = v; });
   }
   changes.emplace_back([](InferenceConfig& c) { c.mode = static_cast<InferenceMode>(4); });
-  for (const float v : {0.0F, -1.0F, 1e4F, nan}) {
+  // A reach of zero is each class's own.
+  for (const float v : {-1.0F, 1e-4F, 1e4F, nan})
     changes.emplace_back([=](InferenceConfig& c) { c.lattice.reach_m = v; });
+  for (const float v : {0.0F, -1.0F, 1e4F, nan})
     changes.emplace_back([=](InferenceConfig& c) { c.lattice.height_m = v; });
-  }
   for (const int edge : {1, 4}) {
     changes.emplace_back([=](InferenceConfig& c) {
       c.mode = InferenceMode::kLattice;
@@ -74,13 +75,12 @@ TEST_CASE("integrator: in the lattice mode a map has to keep votes") {
   robot.inference = config;
   robot.scan = test_capacity();
   AlignedMemory memory(tessera::Mapper::required_bytes(robot));
-  const auto made = [&](bool votes) {
-    robot.map.label_votes = votes;
-    Arena arena(memory.span());
-    return tessera::Mapper::make(arena, robot, numbered_classes(5), {}).status();
-  };
-  CHECK(made(false) == Status::kInvalidArgument);
-  CHECK(made(true) == Status::kOk);
+  // A mapper sees to it.
+  Arena arena(memory.span());
+  const Result<tessera::Mapper*> made =
+      tessera::Mapper::make(arena, robot, numbered_classes(5), {});
+  REQUIRE(made.ok());
+  CHECK((*made)->map().keeps_votes());
   Mapper with_votes(uncapped_map(0.1), config, 5);
   Mapper without(uncapped_map(0.1), InferenceConfig{}, 5);
   Random random(announce_seed(7));

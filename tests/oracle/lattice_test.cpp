@@ -26,8 +26,8 @@ constexpr std::array<std::int64_t, 3> kOctet{2, 2, 2};
 
 class LatticeOracle {
  public:
-  LatticeOracle(const InferenceConfig& config, double resolution_m, int classes)
-      : config_(config), resolution_m_(resolution_m), classes_(classes) {
+  LatticeOracle(const InferenceConfig& config, double resolution_m, const ClassTable& table)
+      : config_(config), resolution_m_(resolution_m), classes_(table.num_classes()), table_(table) {
     config_.mode = InferenceMode::kMultiEntropy;
   }
 
@@ -85,17 +85,22 @@ class LatticeOracle {
     for (const auto& [label, share] : shares) content.counts[label] = classes * share;
   }
 
-  /// What a cell counts for an octet, by the distances of their middles on each axis.
-  [[nodiscard]] double weight(const Voxel& cell, const Voxel& octet) const {
+  /// What a cell's votes on a class count for an octet, by the distances of their middles on each
+  /// axis.
+  [[nodiscard]] double weight(const Voxel& cell, const Voxel& octet, int label) const {
+    const bool by_class = config_.lattice.reach_m == 0.0F;
+    const ClassKernel kernel = by_class
+                                   ? table_.kernel(label)
+                                   : ClassKernel{config_.lattice.reach_m, config_.lattice.height_m};
     double product = 1.0;
     for (std::size_t i = 0; i < 3; ++i) {
       const double of_cell = (static_cast<double>(cell[i]) + 0.5) * static_cast<double>(kCell[i]);
       const double of_octet = (static_cast<double>(octet[i]) + 0.5) * 2.0;
       const double d = std::fabs(of_cell - of_octet) * resolution_m_;
       if (i == 2 && d > 2.5 * resolution_m_) return 0.0;  // beyond the next layer
-      const double reach = std::clamp(static_cast<double>(config_.lattice.reach_m),
-                                      1.5 * resolution_m_, 11.0 * resolution_m_);
-      const double length = i == 2 ? static_cast<double>(config_.lattice.height_m) : reach;
+      const double reach = std::clamp(static_cast<double>(kernel.reach_m), 1.5 * resolution_m_,
+                                      11.0 * resolution_m_);
+      const double length = i == 2 ? static_cast<double>(kernel.height_m) : reach;
       product *= std::max(0.0, 1.0 - d / length);
     }
     return product;
@@ -104,9 +109,10 @@ class LatticeOracle {
   std::map<int, double> shares_of(const Voxel& octet, bool& doubtful) const {
     std::map<int, double> sums;
     for (const auto& [cell, votes] : votes_) {
-      const double w = weight(cell, octet);
-      for (const auto& [label, count] : votes)
+      for (const auto& [label, count] : votes) {
+        const double w = weight(cell, octet, label);
         if (w * count > 0.0) sums[label] += w * count;
+      }
     }
     std::vector<std::pair<double, int>> order;
     for (const auto& [label, sum] : sums) order.emplace_back(-sum, label);
@@ -128,6 +134,7 @@ class LatticeOracle {
   InferenceConfig config_;
   double resolution_m_;
   int classes_;
+  ClassTable table_;
   std::map<Voxel, std::map<int, double>> votes_;
   std::map<Voxel, Content> voxels_;
   int mixed_ = 0;
@@ -139,11 +146,13 @@ struct LatticeRun {
   TuplePolicy tuple = TuplePolicy::kDense;
   CloudOptions cloud{};
   bool shares_labels = false;
+  std::vector<ClassKernel> kernels{};  ///< Of the first classes.
 };
 
 LatticeRun lattice_run() {
   LatticeRun run;
   run.config.mode = InferenceMode::kLattice;
+  run.config.lattice.reach_m = 0.8F;
   run.config.free_space.enabled = false;
   run.config.thinning_m = 0.0;
   run.config.min_range_m = 0.0F;
@@ -156,8 +165,11 @@ void check_lattice(const LatticeRun& run, std::uint64_t seed) {
   Random random(announce_seed(seed));
   MapConfig config = uncapped_map(run.resolution_m);
   config.tuple = run.tuple;
-  Mapper mapper(config, run.config, run.cloud.classes);
-  LatticeOracle oracle(run.config, run.resolution_m, run.cloud.classes);
+  ClassTable classes = numbered_classes(run.cloud.classes);
+  for (std::size_t i = 0; i < run.kernels.size(); ++i)
+    REQUIRE(classes.set_kernel(static_cast<int>(i) + 1, run.kernels[i]) == Status::kOk);
+  Mapper mapper(config, run.config, classes);
+  LatticeOracle oracle(run.config, run.resolution_m, classes);
   for (int scan = 0; scan < 3; ++scan) {
     Cloud cloud = random_cloud(random, run.cloud);
     if (run.shares_labels) share_labels(random, run.cloud.classes, cloud);
@@ -226,6 +238,11 @@ TEST_CASE("lattice: as much evidence as multi-entropy's, of the classes that poi
   SECTION("a reach beyond the window ends at 11 voxels") {
     run.config.lattice.reach_m = 30.0F;
     check_lattice(run, 406);
+  }
+  SECTION("kernels by class: small, flat, upright, far, and one that was not set") {
+    run.config.lattice.reach_m = 0.0F;
+    run.kernels = {{0.25F, 2.0F}, {1.1F, 0.2F}, {0.5F, 1e3F}, {2.0F, 0.4F}};
+    check_lattice(run, 408);
   }
   SECTION("a reach under a cell: its own cell alone") {
     run.config.lattice.reach_m = 0.05F;

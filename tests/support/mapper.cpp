@@ -32,7 +32,6 @@ RobotConfig config_of(const MapConfig& map, const InferenceConfig& inference,
                       const ScanCapacity& capacity) {
   RobotConfig config;
   config.map = map;
-  config.map.label_votes = inference.mode == InferenceMode::kLattice;
   config.inference = inference;
   config.scan = capacity;
   return config;
@@ -40,12 +39,12 @@ RobotConfig config_of(const MapConfig& map, const InferenceConfig& inference,
 
 }  // namespace
 
-Mapper::Mapper(const MapConfig& map, const InferenceConfig& inference, int classes,
+Mapper::Mapper(const MapConfig& map, const InferenceConfig& inference, const ClassTable& classes,
                const ScanCapacity& capacity)
     : memory_(tessera::Mapper::required_bytes(config_of(map, inference, capacity))) {
   Arena arena(memory_.span());
-  const Result<tessera::Mapper*> made = tessera::Mapper::make(
-      arena, config_of(map, inference, capacity), numbered_classes(classes), {});
+  const Result<tessera::Mapper*> made =
+      tessera::Mapper::make(arena, config_of(map, inference, capacity), classes, {});
   if (!made.ok()) throw std::logic_error(std::string("mapper: ") + to_string(made.status()));
   mapper_ = *made;
 }

@@ -26,8 +26,11 @@ namespace tessera::oracle {
 
 class Mapper {
  public:
-  Mapper(const MapConfig& map, const InferenceConfig& inference, int classes,
+  Mapper(const MapConfig& map, const InferenceConfig& inference, const ClassTable& classes,
          const ScanCapacity& capacity = test_capacity());
+  Mapper(const MapConfig& map, const InferenceConfig& inference, int classes,
+         const ScanCapacity& capacity = test_capacity())
+      : Mapper(map, inference, numbered_classes(classes), capacity) {}
   ScanReport integrate(const Cloud& cloud, const Matrix34d& T_map_sensor = Matrix34d::Identity()) {
     return mapper_->integrate(cloud.view(T_map_sensor), 0);
   }

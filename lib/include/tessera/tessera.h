@@ -56,9 +56,10 @@ tessera_status tessera_required_bytes(const tessera_config* config, uint32_t num
 /// nothing else's; callbacks: may be NULL. What is given is copied, but for what the callbacks'
 /// contexts name. No function is there to end a robot: its memory may be used anew at any time.
 /// Fails as tessera_required_bytes, and with TESSERA_INVALID_ARGUMENT iff memory is not aligned, a
-/// class's moves is over 2, a group of callbacks has some functions and lacks others, there is a
-/// deadline and no clock, or a window and no archive;
-/// TESSERA_RESOURCE_EXHAUSTED iff bytes are too few. The memory may hold anything then.
+/// class's moves is over 2, a class's kernel has a reach or a height alone or one that is out of
+/// its range, a group of callbacks has some functions and lacks others, there is a deadline and no
+/// clock, or a window and no archive; TESSERA_RESOURCE_EXHAUSTED iff bytes are too few. The memory
+/// may hold anything then.
 tessera_status tessera_robot_make(const tessera_config* config, const tessera_class* classes,
                                   uint32_t num_classes, const tessera_callbacks* callbacks,
                                   void* memory, uint64_t bytes, tessera_robot** robot);

@@ -5,7 +5,6 @@
 
 #include <string_view>
 
-#include "tessera/base/internal/put_in_place.hpp"
 #include "tessera/registration/point_labels.hpp"
 
 using namespace tessera;
@@ -64,9 +63,8 @@ Status make_archive(Arena& arena, const RobotConfig& config, tessera_robot& robo
   if (!archive.ok()) return archive.status();
   const std::span<LocalMap> cache = arena.take<LocalMap>(1);
   if (cache.empty()) return Status::kResourceExhausted;
-  const Status made = put_in_place(cache.front(), [&] {
-    return LocalMap::make(arena, cache_config(config.map, classes.num_components()), classes);
-  });
+  const Status made = LocalMap::make_at(
+      cache.front(), arena, cache_config(config.map, classes.num_components()), classes);
   if (made != Status::kOk) return made;
   robot.archive = *archive;
   robot.cache = cache.data();
@@ -94,6 +92,7 @@ tessera_status tessera_robot_make(const tessera_config* config, const tessera_cl
   // On its way to the maps it is no more on the stack than it must be.
   ClassTable& table = made.header.classes;
   status = read_classes(classes, num_classes, table);
+  if (status == Status::kOk) status = read_kernels(config, table);
   if (status == Status::kOk) status = read_callbacks(callbacks, made.callbacks);
   if (status == Status::kOk && !is_there(core, made.callbacks)) status = Status::kInvalidArgument;
   if (status != Status::kOk) return status_of(status);

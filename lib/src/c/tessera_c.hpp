@@ -149,6 +149,9 @@ constexpr std::size_t archive_bytes(const RobotConfig& config, int num_component
 
 /// Fails as tessera_required_bytes.
 Status read_config(const tessera_config* from, RobotConfig& into) noexcept;
+/// The kernels that a config names, of one that read_config() took. Fails with kInvalidArgument iff
+/// one is not valid, or has a height alone.
+Status read_kernels(const tessera_config* from, ClassTable& into) noexcept;
 
 /// The caller's functions as the core wants them; callbacks must stay where they are.
 Clock clock_of(tessera_callbacks& callbacks) noexcept;

@@ -228,12 +228,22 @@ Status read_config(const tessera_config* from, RobotConfig& into) noexcept {
   into.exchange.max_evidence = robot_max_evidence(into.map);
   into.exchange.records = into.global.replicas.blocks;
   into.global.replicas.contributions = into.exchange.contributions;
-  into.map.label_votes = into.inference.mode == InferenceMode::kLattice;
   if (into.inference.mode == InferenceMode::kCounting)
     into.map.probabilities = global.probabilities = Probabilities::kShares;
   // As eq. (10) has it: the prior is in what is summed up.
   if (into.global.diffusion.mode == DiffusionMode::kPaper) global.prior = 0.0;
   return are_sizes(into) ? Status::kOk : Status::kInvalidArgument;
+}
+
+Status read_kernels(const tessera_config* from, ClassTable& into) noexcept {
+  tessera_config c = defaults();
+  Status status = read_struct(from, TESSERA_CONFIG_LEAST_BYTES, c);
+  for (int label = 1; status == Status::kOk && label <= into.num_classes(); ++label) {
+    const ClassKernel kernel{c.class_reach_m[label - 1], c.class_height_m[label - 1]};
+    const bool by_name = kernel.reach_m == 0.0F && kernel.height_m == 0.0F;
+    if (!by_name) status = into.set_kernel(label, kernel);
+  }
+  return status;
 }
 
 }  // namespace tessera::c_interface

@@ -22,8 +22,9 @@ bool valid(const InferenceConfig& config) noexcept {
                        within(e.fill_length, 0.0F, 16.0F) && within(e.smooth_above, 0.0F, 2.0F) &&
                        e.fill_neighbours >= 1 && e.fill_neighbours <= 7 &&
                        (e.block_edge == 1 || e.block_edge == 2 || e.block_edge == 4);
-  const bool lattice = within(config.lattice.reach_m, 1e-3F, 1e3F) &&
-                       within(config.lattice.height_m, 1e-3F, 1e3F) &&
+  const ClassKernel one{config.lattice.reach_m, config.lattice.height_m};
+  const bool by_class = one.reach_m == 0.0F;
+  const bool lattice = (by_class ? ClassKernel{.height_m = one.height_m} : one).is_valid() &&
                        (config.mode != InferenceMode::kLattice || e.block_edge == 2);
   const bool ranges =
       within(config.min_range_m, 0.0F, 1e6F) && within(config.max_range_m, 0.0F, 1e6F) &&
@@ -133,7 +134,7 @@ bool Integrator::register_scan(const LocalMap& map, const ScanView& scan,
   report.thinned = static_cast<std::uint32_t>(admitted().size());
   const double resolution_m = map.lattice().resolution_m();
   reach_ = kernel_reach(config_, resolution_m, points_.largest_weight());
-  labels_.begin(resolution_m, reach_);
+  labels_.begin(map.classes(), resolution_m, reach_);
   work_.set_most_per_point(most_evaluations(config_, reach_));
   if (!work_.in_time()) leave_out_all(report);
   return !work_.cut();

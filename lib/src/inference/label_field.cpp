@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tessera/inference/internal/label_field.hpp"
+#include "tessera/inference/label_field.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -16,22 +16,34 @@ Result<LabelField> LabelField::make(Arena& arena) noexcept {
   return field;
 }
 
-void LabelField::begin(const LatticeConfig& config, double resolution_m) noexcept {
+void LabelField::begin(const LatticeConfig& config, const ClassTable& classes,
+                       double resolution_m) noexcept {
+  const bool by_class = config.reach_m == 0.0F;
+  const Weights one = weights_of({config.reach_m, config.height_m}, resolution_m);
+  for (int label = 1; label <= classes.num_classes(); ++label)
+    state_[0].weights[static_cast<std::size_t>(label)] =
+        by_class ? weights_of(classes.kernel(label), resolution_m) : one;
+}
+
+LabelField::Weights LabelField::weights_of(const ClassKernel& kernel,
+                                           double resolution_m) noexcept {
   // Lengths in voxels. The window holds what is nearer than 11 voxels to any octet's middle, which
   // is 1 voxel from its own cell's.
-  const auto reach = static_cast<float>(static_cast<double>(config.reach_m) / resolution_m);
-  const auto height = static_cast<float>(static_cast<double>(config.height_m) / resolution_m);
+  const auto reach = static_cast<float>(static_cast<double>(kernel.reach_m) / resolution_m);
+  const auto height = static_cast<float>(static_cast<double>(kernel.height_m) / resolution_m);
+  Weights weights;
   const float length = std::clamp(reach, 1.5F, 11.0F);
   for (std::size_t cell = 0; cell < kCells; ++cell) {
     const float middle =
         static_cast<float>(LabelVotes::kCellEdge) * (static_cast<float>(cell) - 1.5F);
     for (std::size_t octet = 0; octet < kOctets; ++octet) {
       const float distance = std::fabs(static_cast<float>(2 * octet + 1) - middle);
-      state_[0].along[cell][octet] = distance < length ? 1.0F - distance / length : 0.0F;
+      weights.along[cell][octet] = distance < length ? 1.0F - distance / length : 0.0F;
     }
   }
   constexpr float kLayer = 2.0F;
-  state_[0].next_layer = kLayer < height ? 1.0F - kLayer / height : 0.0F;
+  weights.next_layer = kLayer < height ? 1.0F - kLayer / height : 0.0F;
+  return weights;
 }
 
 namespace {
@@ -122,10 +134,13 @@ void LabelField::gather(const LabelVotes& votes, std::size_t x, std::size_t y,
     const std::size_t label = votes.labels[slot];
     Window& window = state_[0].windows[label];
     if (((state_[0].found >> label) & 1U) == 0) {
-      window = Window{};
+      window.rows = 0;
       state_[0].found |= std::uint64_t{1} << label;
     }
     const std::size_t row = layer * kCells + y;
+    // Both rows of cells or neither have votes.
+    if (((window.rows >> row) & 1U) == 0)
+      std::fill_n(&window.votes[row * kCells], 2 * kCells, 0.0F);
     window.rows |= std::uint64_t{3} << row;
     float* const to = &window.votes[row * kCells + x];
     for (std::size_t cell = 0; cell < LabelVotes::kCells; ++cell)
@@ -136,7 +151,8 @@ void LabelField::gather(const LabelVotes& votes, std::size_t x, std::size_t y,
 /// Along x, then y, then z; in each sum from the lowest cell on. Rows without votes add nothing.
 void LabelField::sum(std::size_t label, unsigned layers) noexcept {
   const Window& window = state_[0].windows[label];
-  const std::array<Float4, kCells>& along = state_[0].along;
+  const Weights& weights = state_[0].weights[label];
+  const std::array<Float4, kCells>& along = weights.along;
   std::array<std::array<Float4, kOctets>, kLayers> of_layers{};
   for (std::uint64_t rows = window.rows; rows != 0; rows &= rows - 1) {
     const auto row = static_cast<std::size_t>(std::countr_zero(rows));
@@ -151,8 +167,7 @@ void LabelField::sum(std::size_t label, unsigned layers) noexcept {
     const auto z = static_cast<std::size_t>(std::countr_zero(rest));
     for (std::size_t y = 0; y < kOctets; ++y) {
       const Float4 beside = of_layers[z][y] + of_layers[z + 2][y];
-      store4(&into[(z * kOctets + y) * kOctets],
-             of_layers[z + 1][y] + beside * state_[0].next_layer);
+      store4(&into[(z * kOctets + y) * kOctets], of_layers[z + 1][y] + beside * weights.next_layer);
     }
   }
 }

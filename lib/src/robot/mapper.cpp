@@ -30,7 +30,6 @@ constexpr std::uint32_t kMostStretch = 1024;
 constexpr std::uint32_t kept_for_jumps(std::uint32_t most) noexcept { return most / 8; }
 
 bool is_valid(const RobotSettings& config) noexcept {
-  if (config.inference.mode == InferenceMode::kLattice && !config.map.label_votes) return false;
   const SubmapCuts& cuts = config.submap_cuts;
   const bool cuts_are = cuts.length_m >= 0.0 && cuts.jump_m >= 0.0 && cuts.time_us >= 0;
   if (config.most_submaps == 0) return cuts_are && cuts == SubmapCuts{};
@@ -48,8 +47,10 @@ Result<Mapper*> Mapper::make(Arena& arena, const RobotConfig& config, const Clas
   if (place.empty()) return Status::kResourceExhausted;
   if (!is_valid(config)) return Status::kInvalidArgument;
   Mapper& mapper = place.front();
-  Status status = mapper.maps_.set_up(arena, config.map, classes, config.most_submaps != 0,
-                                      config.first_submap);
+  MapConfig map = config.map;
+  map.label_votes = needs_votes(config.inference.mode);
+  Status status =
+      mapper.maps_.set_up(arena, map, classes, config.most_submaps != 0, config.first_submap);
   if (status == Status::kOk) {
     status = put_in_place(mapper.integrator_,
                           [&] { return Integrator::make(arena, config.inference, config.scan); });

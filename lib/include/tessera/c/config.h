@@ -206,9 +206,13 @@ typedef struct tessera_config {
   /// a robot and its classes are named [DiffusionConfig].
   uint32_t weigh_robots;
   float reliability_alarm;
-  /// Of TESSERA_LATTICE [LatticeConfig].
+  /// Of TESSERA_LATTICE: of all classes; 0: each has its own [LatticeConfig].
   float lattice_reach_m;
   float lattice_height_m;
+  /// Of the class at each place of the table; 0: by its name, and then both are. With
+  /// lattice_reach_m they are of no account [ClassKernel].
+  float class_reach_m[TESSERA_MOST_CLASSES];
+  float class_height_m[TESSERA_MOST_CLASSES];
 } tessera_config;
 
 /// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// How scans become evidence: the three modes and their constants, with the reference's values as
+// How scans become evidence: the modes and their constants, with the reference's values as
 // defaults.
 #pragma once
 
@@ -20,6 +20,10 @@ enum class InferenceMode : std::uint8_t {
   /// around said over all scans. For maps with MapConfig::label_votes.
   kLattice = 3,
 };
+/// Whether maps must keep votes (MapConfig::label_votes).
+[[nodiscard]] constexpr bool needs_votes(InferenceMode mode) noexcept {
+  return mode == InferenceMode::kLattice;
+}
 /// Whether evidence follows the scan's entropies.
 [[nodiscard]] constexpr bool by_entropies(InferenceMode mode) noexcept {
   return mode == InferenceMode::kMultiEntropy || mode == InferenceMode::kLattice;
@@ -63,11 +67,11 @@ struct EntropyConfig {
   int block_edge = 2;          ///< 1, 2 or 4 voxels; with 1 the grid ends at half its limit.
 };
 
-/// Constants of the lattice mode. What a cell's points said counts 1 - d / length on each axis, d
-/// from the cell's middle to the octet's.
+/// Kernels of the lattice mode.
 struct LatticeConfig {
-  float reach_m = 0.8F;    ///< Length on x and y, 0.001 to 1000; taken as 1.5 to 11 voxels.
-  float height_m = 0.24F;  ///< On z, 0.001 to 1000; beyond the next layers nothing counts.
+  /// Of all classes, 0.001 to 1000; 0: each class has its own, ClassTable::kernel().
+  float reach_m = 0.0F;
+  float height_m = 0.24F;  ///< With that reach, 0.001 to 1000.
 };
 
 /// How a scan's free space is found.

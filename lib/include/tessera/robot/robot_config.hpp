@@ -17,7 +17,7 @@ namespace tessera {
 
 /// All but the frame: enough to compute its memory at compile time.
 struct RobotSettings {
-  MapConfig map{};
+  MapConfig map{};  ///< It keeps votes where the inference needs them.
   InferenceConfig inference{};
   ScanCapacity scan{};
   /// The part of the map around the robot that is kept in memory; nothing: all of it is.

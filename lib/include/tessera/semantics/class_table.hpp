@@ -10,6 +10,8 @@
 #include <string_view>
 
 #include "tessera/base/status.hpp"
+#include "tessera/semantics/class_kernel.hpp"
+#include "tessera/semantics/internal/class_name.hpp"
 
 namespace tessera {
 
@@ -46,29 +48,6 @@ struct SemanticClass {
   friend constexpr bool operator==(const SemanticClass&, const SemanticClass&) = default;
 };
 
-namespace detail {
-
-/// Whether a name is one of these; of the name, capital letters count as small ones, "_" and
-/// spaces as "-". O(names).
-template <std::size_t N>
-[[nodiscard]] constexpr bool is_one_of(std::string_view name,
-                                       const std::array<std::string_view, N>& names) noexcept {
-  const auto is_same = [name](std::string_view known) {
-    bool same = name.size() == known.size();
-    for (std::size_t i = 0; same && i < known.size(); ++i) {
-      const char c = name[i];
-      const char plain = c == '_' || c == ' ' ? '-' : c;
-      same = (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : plain) == known[i];
-    }
-    return same;
-  };
-  bool found = false;
-  for (const std::string_view known : names) found = found || is_same(known);
-  return found;
-}
-
-}  // namespace detail
-
 /// True iff a class of this name moves unless its table says otherwise: vehicles, people, animals.
 /// Names of common data sets. O(names).
 [[nodiscard]] constexpr bool moves_by_name(std::string_view name) noexcept {
@@ -83,7 +62,7 @@ template <std::size_t N>
   return detail::is_one_of(name, kNames);
 }
 
-/// The table of classes 1 .. C. Plain data, about 2.2 kB; no heap.
+/// The table of classes 1 .. C. Plain data, about 2.7 kB; no heap.
 class ClassTable {
  public:
   constexpr ClassTable() noexcept = default;
@@ -94,6 +73,7 @@ class ClassTable {
     if (count_ == kMaxClasses) return Status::kResourceExhausted;
     classes_[static_cast<std::size_t>(count_++)] = SemanticClass::make(name, color);
     if (moves) moving_ |= std::uint64_t{1} << static_cast<unsigned>(count_);
+    kernels_[static_cast<std::size_t>(count_ - 1)] = kernel_by_name(name);
     return Status::kOk;
   }
   /// The same for a class that moves if its name says so.
@@ -110,18 +90,32 @@ class ClassTable {
   [[nodiscard]] constexpr bool moves(int label) const noexcept {
     return (moving_ >> static_cast<unsigned>(label) & 1U) != 0;
   }
+  /// Of the lattice mode. label in 1 .. C.
+  [[nodiscard]] constexpr const ClassKernel& kernel(int label) const noexcept {
+    TESSERA_ASSERT(label >= 1 && label <= count_);
+    return kernels_[static_cast<std::size_t>(label - 1)];
+  }
+  /// Instead of kernel_by_name(). label in 1 .. C. Fails with kInvalidArgument iff the kernel is
+  /// not valid.
+  constexpr Status set_kernel(int label, const ClassKernel& kernel) noexcept {
+    TESSERA_ASSERT(label >= 1 && label <= count_);
+    if (!kernel.is_valid()) return Status::kInvalidArgument;
+    kernels_[static_cast<std::size_t>(label - 1)] = kernel;
+    return Status::kOk;
+  }
   /// label in 1 .. C.
   [[nodiscard]] constexpr const SemanticClass& operator[](int label) const noexcept {
     TESSERA_ASSERT(label >= 1 && label <= count_);
     return classes_[static_cast<std::size_t>(label - 1)];
   }
-  /// The same classes. What moves is how a map is made, not what it says.
+  /// The same classes. What moves, and kernels, are how a map is made, not what it says.
   friend constexpr bool operator==(const ClassTable& a, const ClassTable& b) noexcept {
     return a.count_ == b.count_ && a.classes_ == b.classes_;
   }
 
  private:
   std::array<SemanticClass, kMaxClasses> classes_{};
+  std::array<ClassKernel, kMaxClasses> kernels_{};
   std::uint64_t moving_ = 0;
   int count_ = 0;
 };

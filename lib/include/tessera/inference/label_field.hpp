@@ -36,8 +36,8 @@ class LabelField {
       layers |= ((octets >> (unsigned{kLayerOctets} * z)) & 0xffffU) != 0 ? 1U << z : 0U;
     return layers;
   }
-  /// Begins a scan. O(1).
-  void begin(const LatticeConfig& config, double resolution_m) noexcept;
+  /// Takes the kernels for a scan of a map of these classes. O(C).
+  void begin(const LatticeConfig& config, const ClassTable& classes, double resolution_m) noexcept;
   /// Adds the votes of the tiles' points, whose blocks are open, and opens the label pages of the
   /// layers of all units that may receive evidence. Room was reserved for them; returned is for how
   /// many tiles there was none. Units are of two voxels. Unlabelled points have no vote. O(points +
@@ -49,6 +49,12 @@ class LabelField {
   void look(LocalMap& map, const BlockCoord& block, unsigned layers) noexcept;
   /// Of an octet of those layers; none where nothing around it has votes. O(classes found).
   [[nodiscard]] LabelShares shares(int octet) const noexcept;
+  /// The classes with votes around, a bit each.
+  [[nodiscard]] std::uint64_t found() const noexcept { return state_[0].found; }
+  /// Of one of those classes, what the votes around an octet of those layers amount to.
+  [[nodiscard]] float sum_of(int label, int octet) const noexcept {
+    return state_[0].sums[static_cast<std::size_t>(label)][static_cast<std::size_t>(octet)];
+  }
 
  private:
   static constexpr std::size_t kCells = 6;   ///< On x and y: a block's two, and two on each side.
@@ -62,16 +68,20 @@ class LabelField {
   };
   /// Sums of one class for each octet.
   using Sums = std::array<float, kBlockOctets>;
+  /// A class's.
+  struct Weights {
+    std::array<Float4, kCells> along{};  ///< From each cell to the four octets along an axis.
+    float next_layer = 0.0F;             ///< From a layer to the next.
+  };
   /// Kept in the arena: what a program puts on its stack stays small.
   struct State {
-    /// The kernel from each cell to the four octets along an axis, and from a layer to the next.
-    std::array<Float4, kCells> along{};
-    float next_layer = 0.0F;
+    std::array<Weights, kMaxComponents> weights{};
     std::uint64_t found = 0;                       ///< Classes with a window, a bit each.
     std::array<Window, kMaxComponents> windows{};  ///< By class, as the sums.
     std::array<Sums, kMaxComponents> sums{};
   };
 
+  [[nodiscard]] static Weights weights_of(const ClassKernel& kernel, double resolution_m) noexcept;
   /// Into the window's layers, a bit each, at these cells.
   void gather(LocalMap& map, SlabHandle block, unsigned layers, std::size_t x,
               std::size_t y) noexcept;
