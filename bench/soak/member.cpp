@@ -92,11 +92,12 @@ Outcome<void> Member::start(bool continues) {
 }
 
 Outcome<void> Member::make_robot_of(std::optional<FoundMap>& found) {
-  TESSERA_TRY_ASSIGN(RobotSetup setup, set_up_robot(config_.node,
-                                                    {.max_points = std::size_t{Scanner::kBeams} *
-                                                                   Scanner::kDirections,
-                                                     .num_components = classes_.num_components()},
-                                                    state_->epoch()));
+  TESSERA_TRY_ASSIGN(
+      RobotSetup setup,
+      set_up_robot(
+          config_.node,
+          {.max_points = std::size_t{Scanner::kBeams} * Scanner::kDirections, .classes = classes_},
+          state_->epoch()));
   RobotConfig& robot = setup.robot;
   if (found) {
     robot.first_submap = found->first();
@@ -111,7 +112,7 @@ Outcome<void> Member::make_robot_of(std::optional<FoundMap>& found) {
   robot.global.map.hash_seed = street::mix(random);
   robot.exchange.listen_us = kListen_us;
   const Clock clock{nullptr, [](void*) { return std::int64_t{0}; }};  // There are no deadlines.
-  TESSERA_TRY_ASSIGN(HeldRobot made, make_robot(robot, classes_, {}, clock));
+  TESSERA_TRY_ASSIGN(HeldRobot made, make_robot(robot, setup.classes, {}, clock));
   robot_.emplace(std::move(made));
   return {};
 }

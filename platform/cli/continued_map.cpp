@@ -28,8 +28,10 @@ Outcome<void> check_fixed(const std::string& path, const Setting& setting, const
 
 }  // namespace
 
-void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header) {
-  if (const auto warning = change_of_mode(options.continue_from, header, options)) warn(*warning);
+void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header,
+                          const MapSetup& setup) {
+  if (const auto warning = change_of_mode(options.continue_from, header, options, setup))
+    warn(*warning);
 }
 
 Outcome<void> adopt_settings(const MapFileHeader& header, const RecordedScans& source,
@@ -53,13 +55,14 @@ Outcome<void> load_earlier(const MapOptions& options, const MapFileHeader& heade
                            const MapSetup& setup, std::size_t max_points, LocalMap& map) {
   TESSERA_TRY_ASSIGN(const bool loaded, load_into(options.continue_from, map));
   if (!loaded) {
-    const std::size_t enough = budget_for_storage(setup, max_points, header.config.storage_bytes);
+    const std::size_t enough =
+        budget_for_storage(setup, max_points, storage_to_continue(header, options));
     const SettingName& memory = kMapSettings["--memory"];
     return Failure{Message(memory) + " " + bytes_text(options.memory_bytes) +
                    " is too small for the map " + options.continue_from + "; give a larger " +
                    memory + ", at least " + bytes_text(enough)};
   }
-  warn_of_another_mode(options, header);
+  warn_of_another_mode(options, header, setup);
   return {};
 }
 

@@ -24,6 +24,7 @@ Outcome<void> load_earlier(const MapOptions& options, const MapFileHeader& heade
                            const MapSetup& setup, std::size_t max_points, LocalMap& map);
 
 /// Warns if the map was made in another mode than that in which it continues.
-void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header);
+void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header,
+                          const MapSetup& setup);
 
 }  // namespace tessera

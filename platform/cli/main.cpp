@@ -56,6 +56,7 @@ int run(int argc, char** argv) {
   add_map_command(app, exit_status);
   add_fuse_command(app, exit_status);
   add_eval_command(app, exit_status);
+  add_fit_kernels_command(app, exit_status);
   add_query_command(app, exit_status);
   add_export_command(app, exit_status);
   add_view_command(app, exit_status);

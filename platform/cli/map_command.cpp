@@ -98,6 +98,7 @@ Outcome<void> check_places(const MapOptions& options) {
   TESSERA_TRY_ASSIGN(std::vector<NamedFile> inputs, cloud_files(options));
   inputs.push_back({kMapFileSettings["--continue"], in_place ? "" : options.continue_from});
   inputs.push_back({kMapSettings["--archive"], archive});
+  inputs.push_back({kMapSettings["--kernels"], options.kernels});
   inputs.push_back({kMapFileSettings["--prior-map"], options.prior_map});
   for (const std::string& path : options.corrections) inputs.push_back({"--corrections", path});
   return check_outputs({{"--out", options.out}, {"--report", options.report}}, inputs,
@@ -128,7 +129,7 @@ Outcome<void> take_up(const MapOptions& options, const Earlier& earlier, const M
   if (!earlier.archive) return load_earlier(options, *earlier.header, setup, max_points, map);
   // The archive has all of it, and the window reloads what it needs.
   map.restore_revision(earlier.archive->revision);
-  warn_of_another_mode(options, *earlier.header);
+  warn_of_another_mode(options, *earlier.header, setup);
   return {};
 }
 
@@ -264,6 +265,7 @@ Outcome<void> run_map(MapOptions& options) {
     setup = set_up(options);
     if (!setup.ok()) return setup.failure();
     setup->map = earlier.header->config;
+    setup->map.label_votes = needs_votes(options.inference);
   }
   if (!options.prior_map.empty()) {
     TESSERA_TRY_ASSIGN(Octree octree, read_prior_map(options.prior_map, setup->map.resolution_m));

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "maps/fixed_settings.hpp"
 
+#include <algorithm>
+
 #include "base/number_text.hpp"
 #include "maps/stored_map.hpp"
 
@@ -26,11 +28,28 @@ void adopt_fixed_settings(const MapFileHeader& header, MapOptions& options) {
 }
 
 std::optional<Message> change_of_mode(const std::string& path, const MapFileHeader& header,
-                                      const MapOptions& options) {
+                                      const MapOptions& options, const MapSetup& setup) {
   const Json mode = recorded_setting(header, "inference");
-  if (!mode.is_string() || mode == to_string(options.inference)) return std::nullopt;
-  return path + " was made with " + kMapSettings["--inference"] + " " + mode.get<std::string>() +
-         " and continues with " + to_string(options.inference);
+  if (!mode.is_string()) return std::nullopt;
+  if (mode != to_string(options.inference))
+    return path + " was made with " + kMapSettings["--inference"] + " " + mode.get<std::string>() +
+           " and continues with " + to_string(options.inference);
+  const Json now = settings_of(to_json(options, setup));
+  for (const char* const option : {"--kernel-length", "--kernels"}) {
+    const char* const key = option == std::string("--kernels") ? "kernels" : "kernel_length";
+    if (recorded_setting(header, key) == (now.contains(key) ? now[key] : Json())) continue;
+    return path + " was made with other kernels and continues with those of now; give the same " +
+           option + " as it was made with";
+  }
+  return std::nullopt;
+}
+
+std::size_t storage_to_continue(const MapFileHeader& header, const MapOptions& options) {
+  const std::size_t storage = header.config.storage_bytes;
+  if (!needs_votes(options.inference)) return storage;
+  const MapFileContent& content = header.content;
+  const std::uint64_t pages = std::min(content.octets, kBlockLayers * content.label_pages);
+  return storage + static_cast<std::size_t>(pages) * sizeof(LabelVotes) + SlabPool::kPageBytes;
 }
 
 }  // namespace tessera

@@ -19,9 +19,16 @@ namespace tessera {
 /// Sets those of options.
 void adopt_fixed_settings(const MapFileHeader& header, MapOptions& options);
 
-/// A warning iff the map of the file was made in another mode than that of options.
+/// A warning iff the map of the file was made in another mode than that of options, or with other
+/// kernels. setup: of these options.
 [[nodiscard]] std::optional<Message> change_of_mode(const std::string& path,
                                                     const MapFileHeader& header,
-                                                    const MapOptions& options);
+                                                    const MapOptions& options,
+                                                    const MapSetup& setup);
+
+/// Storage that the content of a map file needs, at least, where options continue it: votes make
+/// more of it than the file has.
+[[nodiscard]] std::size_t storage_to_continue(const MapFileHeader& header,
+                                              const MapOptions& options);
 
 }  // namespace tessera

@@ -25,7 +25,9 @@ Outcome<HeldMapper> make_mapper(const MapSetup& setup, const ScanCapacity& capac
                                            "give a smaller " + Message(kMapSettings["--memory"])));
   Arena arena(memory.span());
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
-  const Result<Mapper*> mapper = Mapper::make(arena, config, classes, clock);
+  TESSERA_TRY_ASSIGN(const ClassTable table,
+                     with_kernels(classes, setup.kernels, setup.kernels_path));
+  const Result<Mapper*> mapper = Mapper::make(arena, config, table, clock);
   if (!mapper.ok())
     return Failure{std::string("the map cannot be made: ") + to_string(mapper.status())};
   return HeldMapper(std::move(memory), **mapper);

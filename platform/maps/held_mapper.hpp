@@ -22,8 +22,9 @@ class HeldMapper {
   Mapper* mapper_;
 };
 
-/// With the deadline, the window and the submaps of setup. capacity: as split_budget gave it. Fails
-/// with kUsage iff a setting is out of its range; kFailure iff the system does not give the memory.
+/// With the deadline, the window, the submaps and the kernels of setup. capacity: as split_budget
+/// gave it. Fails with kUsage iff a setting is out of its range or no kernel is of a class;
+/// kFailure iff the system does not give the memory.
 Outcome<HeldMapper> make_mapper(const MapSetup& setup, const ScanCapacity& capacity,
                                 const ClassTable& classes);
 

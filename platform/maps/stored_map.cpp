@@ -175,7 +175,15 @@ Json recorded_setting(const MapFileHeader& header, const char* key) {
 }
 
 Outcome<void> record_settings(const Json& config, MapIdentity& identity) {
-  const std::string text = config.dump(-1, ' ', false, Json::error_handler_t::replace);
+  const auto text_of = [](const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  };
+  std::string text = text_of(config);
+  if (text.size() > MapIdentity::kMaxSettings && config.contains("kernels")) {
+    Json shorter = config;
+    shorter["kernels"] = "of a file, too many to be listed";
+    text = text_of(shorter);
+  }
   if (text.size() > MapIdentity::kMaxSettings) {
     return Failure{"the paths given are too long for the map's record; use shorter ones"};
   }

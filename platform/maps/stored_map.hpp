@@ -61,7 +61,8 @@ Failure damaged_file(const std::string& path, const MapFileStatus& status);
 /// The value of an option in the record of the map; null if it has none.
 Json recorded_setting(const MapFileHeader& header, const char* key);
 
-/// Sets the record of the map. Fails with kUsage iff it is too long.
+/// Sets the record of the map, without kernels that are too many for it. Fails with kUsage iff it
+/// is too long.
 Outcome<void> record_settings(const Json& config, MapIdentity& identity);
 
 /// Reads path into a map that was made with its header's settings; the value is false iff the map's

@@ -124,7 +124,7 @@ class Node {
   Outcome<void> make_sensing();
   Outcome<void> make_registrar();
   Outcome<void> make_vehicle(NodeRequests& requests);
-  [[nodiscard]] ScanSizes scan_sizes() const;
+  [[nodiscard]] ScanContent scan_content() const;
   [[nodiscard]] const ClassTable& classes() const { return classes_->table(); }
   [[nodiscard]] SensorPortConfig sensor_config() const;
   [[nodiscard]] ScanSource& source() const;

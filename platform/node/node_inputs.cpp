@@ -64,14 +64,14 @@ Outcome<void> Node::open_sensors() {
                              sensors.cameras, cameras_.size())};
 }
 
-ScanSizes Node::scan_sizes() const {
+ScanContent Node::scan_content() const {
   std::size_t points = recorded_.scans ? recorded_.scans->max_points() : config_.sensors.points;
   if (config_.sensors.enabled && config_.sensors.depth_camera) {
     const CameraIntrinsics& image = cameras_[*config_.sensors.depth_camera].model.intrinsics();
     points = std::max(
         points, DepthCamera::most_points(image.width_px, image.height_px, DepthConfig{}.step_px));
   }
-  return {.max_points = points, .num_components = classes().num_components()};
+  return {.max_points = points, .classes = classes()};
 }
 
 SensorPortConfig Node::sensor_config() const {
@@ -91,7 +91,7 @@ SensorPortConfig Node::sensor_config() const {
       std::max(matcher.pending_scans, static_cast<std::size_t>(std::min(waiting, 14.0)) + 2);
   matcher.max_image_offset_us = microseconds(1e-3 * sensors.max_image_offset_ms);
   matcher.missing_images = sensors.missing_images;
-  matcher.slot.points = scan_sizes().max_points;
+  matcher.slot.points = scan_content().max_points;
   matcher.slot.no_returns = true;
   matcher.slot.weighted_labels = kMostLabels;
   matcher.slot.image_pixels = 1;

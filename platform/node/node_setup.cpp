@@ -49,7 +49,7 @@ Outcome<void> Node::check(const NodeConfig& config) {
 Outcome<void> Node::check_all() {
   TESSERA_TRY(open_inputs());
   TESSERA_TRY(check_places());
-  TESSERA_TRY_ASSIGN(const RobotSetup trial, set_up_robot(config_, scan_sizes(), 1));
+  TESSERA_TRY_ASSIGN(const RobotSetup trial, set_up_robot(config_, scan_content(), 1));
   setup_ = trial;
   TESSERA_TRY(check_urls());
   TESSERA_TRY(make_registrar());
@@ -105,6 +105,7 @@ Outcome<void> Node::check_places() const {
       {kKeySettings["security.robot_secret"], config_.keys.robot_secret},
       {kKeySettings["security.robot_public_keys"], config_.keys.robot_public_keys},
       {kNodeSettings["robot.T_global_map"], config_.T_global_map},
+      {kMapSettings["--kernels"], config_.map.kernels},
       {kMapSettings["--archive"],
        config_.map.archive.empty() ? std::string() : archive_path(config_.map.archive)}};
   TESSERA_TRY_ASSIGN(const std::vector<NamedFile> clouds, cloud_files(config_.map));
@@ -204,7 +205,8 @@ Outcome<void> Node::set_up() {
   TESSERA_TRY(keep_earlier_maps());
   TESSERA_TRY(begin_state());
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
-  TESSERA_TRY_ASSIGN(HeldRobot robot, make_robot(setup_.robot, classes(), keys_->keys(), clock));
+  TESSERA_TRY_ASSIGN(HeldRobot robot,
+                     make_robot(setup_.robot, setup_.classes, keys_->keys(), clock));
   robot_ = std::move(robot);
   TESSERA_TRY(open_archive());
   TESSERA_TRY(open_submaps());

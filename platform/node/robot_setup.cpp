@@ -76,19 +76,20 @@ Outcome<HeldRobot> make_robot(const RobotConfig& config, const ClassTable& class
   return HeldRobot(std::move(memory), **robot);
 }
 
-Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scans,
+Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanContent& scans,
                                  std::uint32_t epoch) {
   TESSERA_TRY_ASSIGN(const MapSetup map, set_up(config.map));
   RobotSetup setup;
   setup.map = map;
+  TESSERA_TRY_ASSIGN(setup.classes, with_kernels(scans.classes, map.kernels, map.kernels_path));
   TESSERA_TRY(set_up_submaps(config, setup.map));
   TESSERA_TRY_ASSIGN(const std::uint32_t archived,
-                     set_up_archive(config, scans.num_components, setup.map));
+                     set_up_archive(config, scans.classes.num_components(), setup.map));
   TESSERA_TRY_ASSIGN(const ScanCapacity capacity, split_budget(setup.map, scans.max_points));
   let_near_blocks_leave(setup.map, may_wait(config));
   TESSERA_TRY_ASSIGN(const Matrix34d T_global_map, frame_of(config));
   TESSERA_TRY_ASSIGN(const RobotConfig robot,
-                     set_up_sharing(config, setup.map, scans.num_components, epoch));
+                     set_up_sharing(config, setup.map, scans.classes.num_components(), epoch));
   setup.robot = robot;
   setup.robot.window = setup.map.window;
   setup.robot.archived_blocks = archived;

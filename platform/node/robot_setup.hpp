@@ -15,17 +15,18 @@ namespace tessera {
 struct RobotSetup {
   MapSetup map;
   RobotConfig robot;
+  ClassTable classes;  ///< With the kernels of the settings.
 };
 
-/// Sizes of a robot's scans.
-struct ScanSizes {
+/// What a robot's scans are like.
+struct ScanContent {
   std::size_t max_points = 0;
-  int num_components = 0;  ///< Components of the class table.
+  const ClassTable& classes;
 };
 
 /// epoch: of this start. Fails with kUsage iff settings of the map or the diffusion contradict each
-/// other, the frame is invalid, or a budget of memory holds no map.
-Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scans,
+/// other, the frame or the file of kernels is invalid, or a budget of memory holds no map.
+Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanContent& scans,
                                  std::uint32_t epoch);
 
 /// Scans are replayed as fast as they are mapped: rather than lose something, mapping waits.

@@ -117,11 +117,12 @@ std::shared_ptr<HeldLocalMap> HeldLocalMap::load(const std::string& path, MapOpt
     return value_of(load_into(path, parts.stored->map));
   }();
   if (!whole) {
-    const std::size_t enough = budget_for_storage(setup, max_points, header.config.storage_bytes);
+    const std::size_t enough =
+        budget_for_storage(setup, max_points, storage_to_continue(header, options));
     raise({Message(kMapSettings["--memory"]) + " " + bytes_text(options.memory_bytes) +
            " is too small for the map " + path + "; give at least " + bytes_text(enough)});
   }
-  if (const auto warning = change_of_mode(path, header, options)) warn_of({*warning});
+  if (const auto warning = change_of_mode(path, header, options, setup)) warn_of({*warning});
   return std::shared_ptr<HeldLocalMap>(new HeldLocalMap(std::move(parts)));
 }
 

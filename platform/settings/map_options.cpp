@@ -9,7 +9,6 @@ MapOptions MapOptions::complete() const {
   const auto set = [](auto& value, auto otherwise) { value = value.value_or(otherwise); };
   set(o.resolution_m, 0.1);
   if (is_kernel()) set(o.kernel_length_m, 0.5);
-  if (inference == InferenceMode::kLattice) set(o.kernel_length_m, 0.8);
   set(o.prior, 0.001);
   set(o.downsample_m, *o.resolution_m);
   set(o.thinning_weight, is_kernel() ? ThinningWeight::kSum : ThinningWeight::kMean);
@@ -35,6 +34,9 @@ Json to_json(const MapOptions& options, const MapSetup& setup) {
     if (json[key].is_null() || json[key] == "") json.erase(key);
   }
   if (o.body.empty()) json.erase("body");
+  json.erase("kernels");
+  for (const NamedKernel& kernel : setup.kernels)
+    json["kernels"][kernel.name] = {kernel.reach_m, kernel.height_m};
   if (!(o.no_return_range_m > 0.0)) json.erase("no_return_range");
   if (!o.corrections.empty()) json["corrections"] = o.corrections;
   return json;

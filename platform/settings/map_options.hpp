@@ -10,6 +10,7 @@
 
 #include "base/json.hpp"
 #include "base/outcome.hpp"
+#include "settings/class_kernels.hpp"
 #include "settings/source_options.hpp"
 #include "tessera/inference/integrator.hpp"
 #include "tessera/map/map_config.hpp"
@@ -28,6 +29,7 @@ struct MapOptions : SourceOptions {
   std::optional<double> resolution_m;
   InferenceMode inference = InferenceMode::kMultiEntropy;
   std::optional<double> kernel_length_m;
+  std::string kernels;  ///< File; empty: by the names of classes.
   std::optional<double> prior;
   double max_range_m = 40.0;
   double min_range_m = 0.5;
@@ -78,10 +80,14 @@ inline constexpr Setting kMapRows[] = {
         {"--kernel-length", "map", "kernel_length_m"},
         "Length D of the mode kernel, or of lattice how far labels reach; for these modes only",
         {.value = "M",
-         .otherwise = "0.5; lattice: 0.8",
+         .otherwise = "0.5; lattice: each class has its own",
          .allowed = {.least = 0.0,
                      .above = true,
                      .words = "metres from 0.5 to 32 voxels; lattice: from 0.001 to 1000"}}),
+    path_row<&MapOptions::kernels>(
+        {"--kernels", "map", "kernels"},
+        "File of kernels by class, for lattice, as fit-kernels writes it",
+        {.value = "FILE", .otherwise = "by the names of classes"}),
     row<&MapOptions::prior>(
         {"--prior", "map", "prior"}, "Prior sigma_0 of every component",
         {.value = "P", .otherwise = "0.001", .allowed = from_to(0.0, 1e6), .fixed = true}),
@@ -194,6 +200,8 @@ inline constexpr std::uint32_t kMostSubmapsOfRobot = 1024;
 struct MapSetup {
   MapConfig map;
   InferenceConfig inference;
+  std::vector<NamedKernel> kernels;
+  std::string kernels_path;      ///< Where they are from, for messages.
   std::int64_t deadline_us = 0;  ///< Counted from the start of a scan's integration; 0: none.
   std::size_t budget_bytes = 0;
   std::optional<WindowConfig> window;
@@ -202,7 +210,8 @@ struct MapSetup {
   std::size_t archive_bytes = 0;  ///< Part of the budget, for the archive's index.
 };
 
-/// Fails with kUsage iff options contradict each other; each by itself is in its range.
+/// Fails with kUsage iff options contradict each other, each by itself in its range, or the file of
+/// kernels is not valid.
 Outcome<MapSetup> set_up(const MapOptions& options);
 
 /// Fails with kUsage iff a box of the body holds the sensor, which would map nothing near it.

@@ -27,7 +27,7 @@ Outcome<void> set_up_map(const MapOptions& o, MapConfig& map) {
   map.prior = *o.prior;
   map.probabilities =
       o.inference == InferenceMode::kCounting ? Probabilities::kShares : Probabilities::kEffective;
-  map.label_votes = o.inference == InferenceMode::kLattice;
+  map.label_votes = needs_votes(o.inference);
   map.max_evidence = static_cast<float>(most);
   map.free_weight = static_cast<float>(*o.free_weight);
   return {};
@@ -102,6 +102,10 @@ Outcome<void> set_up_mode(const MapOptions& o, InferenceConfig& inference) {
   inference.mode = o.inference;
   inference.thinning_m = *o.downsample_m;
   inference.thinning_weight = *o.thinning_weight;
+  const SettingName& kernels = kMapSettings["--kernels"];
+  if (!o.kernels.empty() && (o.inference != InferenceMode::kLattice || o.kernel_length_m))
+    return Failure{Message(kernels) + " applies to " + kMapSettings["--inference"] +
+                   " lattice without " + kMapSettings["--kernel-length"] + "; leave out one"};
   if (!o.kernel_length_m) return {};
   const SettingName& length = kMapSettings["--kernel-length"];
   const bool lattice = o.inference == InferenceMode::kLattice;
@@ -162,6 +166,10 @@ Outcome<MapSetup> set_up(const MapOptions& options) {
   if (done.ok()) done = set_up_mode(o, setup.inference);
   if (done.ok()) done = set_up_window(o, setup);
   if (!done.ok()) return done.failure();
+  if (!o.kernels.empty()) {
+    TESSERA_TRY_ASSIGN(setup.kernels, read_kernels(o.kernels));
+    setup.kernels_path = o.kernels;
+  }
   // The clock counts microseconds.
   setup.deadline_us = static_cast<std::int64_t>(o.deadline_ms * 1000.0 + 0.5);
   setup.budget_bytes = o.memory_bytes;

@@ -92,6 +92,19 @@ class Node(NodeCase):
         self.done("info", map_file, "--report", "info.json")
         return json.loads((self.folder / "info.json").read_text())
 
+    def test_kernels_of_a_file_make_the_map_that_the_command_makes(self):
+        (self.folder / "kernels.toml").write_text('[[kernel]]\nclass = "car"\nreach_m = 2.0\nheight_m = 2.0\n')
+        digests = {}
+        for kernels in ("kernels.toml", None):
+            config = self.config(0, map={"inference": "lattice", "kernels": kernels}, run={"wait_for_peers": 0, "quiet_s": 0.5, "linger_s": 0})
+            report, _ = self.finished(self.start(config), config)
+            options = ("--kernels", kernels) if kernels else ()
+            mapped = self.map_dataset(f"{self.street}/robot_0", "mapped.tsm", "--resolution", 0.4, "--max-range", 60, "--memory", "40M", "--inference", "lattice",
+                                      *options)[1]
+            self.assertEqual(mapped["digest"], report["local_digest"])
+            digests[kernels] = report["local_digest"]
+        self.assertEqual(2, len(set(digests.values())))
+
     def test_killed_and_started_again(self):
         first = self.config(0)
         second = self.config(1, run={"quiet_s": 4, "linger_s": 60}, output={"snapshots": "seen", "snapshot_every_s": 0.2})

@@ -56,6 +56,7 @@ class BadConfiguration(NodeCase):
     def test_what_is_named_is_not_there(self):
         self.bad("nowhere", replay={"dataset": "nowhere"})
         self.bad("fleet.key", security={"fleet_key": "fleet.key"})
+        self.bad("kernels.toml", map={"inference": "lattice", "kernels": "kernels.toml"})
         self.bad("nowhere", output={"report": "nowhere/report.json"})
         self.bad("the same file", output={"report": "one", "global_map": "one"})
         self.bad("eth99", network={"interface": "eth99"})

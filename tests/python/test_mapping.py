@@ -41,6 +41,7 @@ def test_the_counters_are_the_commands(street, files):
     ({"inference": "kernel", "kernel_length_m": 0.4}, ("--inference", "kernel", "--kernel-length", "0.4")),
     ({"inference": "lattice"}, ("--inference", "lattice")),
     ({"inference": "lattice", "kernel_length_m": 0.4}, ("--inference", "lattice", "--kernel-length", "0.4")),
+    ({"inference": "lattice", "kernels": "KERNELS"}, ("--inference", "lattice", "--kernels", "KERNELS")),
     ({"downsample_m": 0, "max_range_m": 15.0, "counts": "dense"},
      ("--downsample", "off", "--max-range", "15", "--counts", "dense")),
     ({"prior": 0.01, "min_weight": 0.01, "max_evidence": 50.0, "free_weight": 0.5, "thinning_weight": "sum"},
@@ -49,6 +50,10 @@ def test_the_counters_are_the_commands(street, files):
     ({"work_budget": 200_000, "min_range_m": 2.0}, ("--work-budget", "200000", "--min-range", "2"))])
 def test_every_option_is_the_commands(command, street, tmp_path, arguments, options):
     folder = street / "robot_0"
+    kernels = tmp_path / "kernels.toml"
+    kernels.write_text('[[kernel]]\nclass = "road"\nreach_m = 3.0\n')
+    arguments = {name: kernels if value == "KERNELS" else value for name, value in arguments.items()}
+    options = [kernels if option == "KERNELS" else option for option in options]
     report = command("map", "--dataset", folder, "--first", 0, "--last", 0, "--out", tmp_path / "a.tsm", *OPTIONS, *options,
                      report=tmp_path / "a.json")
     assert map_of(tessera.Dataset(folder, first=0, last=0), **arguments)[0].digest() == report["digest"]

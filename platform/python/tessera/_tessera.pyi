@@ -184,7 +184,7 @@ class Map:
 class LocalMap(Map):
     def __init__(
         self, classes: ClassTable | None = None, *, resolution_m: float | None = None, inference: str = "multi-entropy",
-        kernel_length_m: float | None = None, prior: float | None = None, max_range_m: float = ..., min_range_m: float = ...,
+        kernel_length_m: float | None = None, kernels: _Path | None = None, prior: float | None = None, max_range_m: float = ..., min_range_m: float = ...,
         no_return_range_m: float = 0.0, body: Sequence[float] | None = None,
         downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, carving: str = "image",
         memory_bytes: int = ...,
@@ -195,7 +195,7 @@ class LocalMap(Map):
     @staticmethod
     def load(
         path: _Path, classes: ClassTable | None = None, *, inference: str = "multi-entropy",
-        kernel_length_m: float | None = None, max_range_m: float = ..., min_range_m: float = ...,
+        kernel_length_m: float | None = None, kernels: _Path | None = None, max_range_m: float = ..., min_range_m: float = ...,
         no_return_range_m: float = 0.0, body: Sequence[float] | None = None,
         downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, carving: str = "image",
         memory_bytes: int = ...,
