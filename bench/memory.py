@@ -6,9 +6,10 @@ import subprocess
 
 # Name, options, and the budgets that make sense for it (None: those asked for).
 SETTINGS = (
-    ("multi_entropy", "multi-entropy", ["--free-space", "off"], None),
-    ("multi_entropy_free_space", "multi-entropy, free space", ["--free-space", "on"], None),
-    ("multi_entropy_dense", "multi-entropy, dense counts", ["--free-space", "off", "--counts", "dense"], ["512M"]),
+    ("multi_entropy", "multi-entropy", ["--free-space", "off", "--inference", "multi-entropy"], None),
+    ("multi_entropy_free_space", "multi-entropy, free space", ["--free-space", "on", "--inference", "multi-entropy"], None),
+    ("multi_entropy_dense", "multi-entropy, dense counts", ["--free-space", "off", "--inference", "multi-entropy", "--counts", "dense"], ["512M"]),
+    ("lattice", "lattice", ["--free-space", "off", "--inference", "lattice"], ["512M"]),
     ("kernel", "kernel, D = 3 voxels, dense counts", ["--free-space", "off", "--inference", "kernel", "--kernel-length", "0.3"], ["3G"]),
 )
 KEYS = ("budget_bytes", "scratch_bytes", "used_bytes", "peak_bytes", "label_voxels", "free_voxels", "bytes_per_label_voxel", "refused")

@@ -4,7 +4,7 @@
 """scan_instructions.py --build FOLDER --dataset FOLDER [--drive FOLDER] [--last N] [--into BENCH_JSON]: instructions of
 every scan on its own, as the command maps it under callgrind: those of its step of the window, and of its integration.
 
-The scans 0 .. N of --dataset at full range in three modes; all of --drive with a window. --into puts what is found into a
+The scans 0 .. N of --dataset at full range in three modes, two of them with free space too; all of --drive with a window. --into puts what is found into a
 bench.json that is there already. A run of its own takes about six minutes."""
 import argparse
 import json
@@ -24,8 +24,10 @@ FULL_RANGE = ["--max-range", "0", "--free-space"]
 # Name, title, options, and what the slowest scan may take of the median: required, aim.
 RUNS = (
     ("kernel", "kernel, D = 3 voxels", [*FULL_RANGE, "off", "--inference", "kernel", "--kernel-length", "0.3", "--memory", "3G"], (1.3, 1.15)),
-    ("multi_entropy", "multi-entropy", [*FULL_RANGE, "off"], (1.3, 1.15)),
-    ("multi_entropy_free_space", "multi-entropy, free space", [*FULL_RANGE, "on"], (1.3, 1.15)),
+    ("multi_entropy", "multi-entropy", [*FULL_RANGE, "off", "--inference", "multi-entropy"], (1.3, 1.15)),
+    ("multi_entropy_free_space", "multi-entropy, free space", [*FULL_RANGE, "on", "--inference", "multi-entropy"], (1.3, 1.15)),
+    ("lattice", "lattice", [*FULL_RANGE, "off", "--inference", "lattice"], (1.15, None)),
+    ("lattice_free_space", "lattice, free space", [*FULL_RANGE, "on", "--inference", "lattice"], (1.15, None)),
 )
 DRIVE = ("drive", "drive with a window", ["--labels", "none", "--resolution", "0.2", "--memory", "64M", "--window", "45"], (1.5, None))
 
