@@ -11,8 +11,8 @@ namespace tessera {
 namespace {
 
 using Word = std::uint32_t;
-constexpr int kVoxels = OctetLoops::kVoxels;
-constexpr int kSlots = OctetLoops::kSlots;
+constexpr std::ptrdiff_t kVoxels = OctetLoops::kVoxels;
+constexpr std::ptrdiff_t kSlots = OctetLoops::kSlots;
 constexpr unsigned kCountBits = 24;
 constexpr std::int32_t kMostCount = (1 << kCountBits) - 1;
 
@@ -77,11 +77,11 @@ template <class Lanes>
 template <class Lanes>
 [[gnu::always_inline]] inline void to_slots(Word* words, Word component, const float* plane,
                                             float quanta, Word* left, Word* given) noexcept {
-  for (int v = 0; v < kVoxels; v += Lanes::kCount) {
+  for (std::ptrdiff_t v = 0; v < kVoxels; v += Lanes::kCount) {
     typename Lanes::Ints counts;
     quantise<Lanes>(plane + v, quanta, counts);
     note(counts, given + v);
-    for (int s = 0; s < kSlots; ++s) {
+    for (std::ptrdiff_t s = 0; s < kSlots; ++s) {
       typename Lanes::Ints word;
       typename Lanes::Ints own;
       load(words + s * kVoxels + v, word);
@@ -98,7 +98,7 @@ template <class Lanes>
 template <class Lanes>
 [[gnu::always_inline]] inline void to_rests(Word* words, const float* plane, float quanta,
                                             Word* given) noexcept {
-  for (int v = 0; v < kVoxels; v += Lanes::kCount) {
+  for (std::ptrdiff_t v = 0; v < kVoxels; v += Lanes::kCount) {
     typename Lanes::Ints counts;
     typename Lanes::Ints rests;
     quantise<Lanes>(plane + v, quanta, counts);
@@ -123,9 +123,9 @@ template <class Lanes>
                                               Word* given) noexcept {
   using Ints = typename Lanes::Ints;
   const Ints most = Ints{} + kMostCount;
-  for (int v = 0; v < kVoxels; v += Lanes::kCount) {
+  for (std::ptrdiff_t v = 0; v < kVoxels; v += Lanes::kCount) {
     Ints sums{};
-    for (int s = 0; s < kSlots; ++s) {
+    for (std::ptrdiff_t s = 0; s < kSlots; ++s) {
       Ints word;
       load(words + s * kVoxels + v, word);
       sums += word & kMostCount;
@@ -139,12 +139,12 @@ template <class Lanes>
       add_counts(counts, sums);
     }
     Ints bits{};
-    for (int i = 0; i < Lanes::kCount; ++i) bits[i] = 1 << (v + i);
+    for (std::ptrdiff_t i = 0; i < Lanes::kCount; ++i) bits[i] = 1 << static_cast<int>(v + i);
     const Ints chosen =
         ((bits & static_cast<std::int32_t>(shares.voxels)) == bits) & (sums != Ints{});
     const auto exact = __builtin_convertvector(sums, typename Lanes::Floats);
     Ints left = sums;
-    for (int s = 1; s < kSlots; ++s) {
+    for (std::ptrdiff_t s = 1; s < kSlots; ++s) {
       Ints count;
       whole_of(exact * shares.shares[s], count);
       left -= count;
@@ -161,15 +161,15 @@ template <class Lanes>
 template <class Lanes>
 [[gnu::always_inline]] inline bool any_slot_of(const Word* words, Word component) noexcept {
   typename Lanes::Ints any{};
-  for (int i = 0; i < kSlots * kVoxels; i += Lanes::kCount) {
+  for (std::ptrdiff_t i = 0; i < kSlots * kVoxels; i += Lanes::kCount) {
     typename Lanes::Ints word;
     typename Lanes::Ints own;
     load(words + i, word);
     of_component<Lanes>(word, component, own);
     any |= own;
   }
-  std::uint64_t parts[std::size_t{Lanes::kCount} /
-                      2];  // NOLINT(cppcoreguidelines-avoid-c-arrays): for any width
+  // NOLINTNEXTLINE(cppcoreguidelines-avoid-c-arrays): no inline function of another target
+  std::uint64_t parts[std::size_t{Lanes::kCount} / 2];
   store(parts, any);
   std::uint64_t bits = 0;
   for (const std::uint64_t part : parts) bits |= part;
@@ -179,9 +179,9 @@ template <class Lanes>
 template <class Lanes>
 [[gnu::always_inline]] inline void summed_up(const Word* words, float quantum,
                                              float* sums) noexcept {
-  for (int v = 0; v < kVoxels; v += Lanes::kCount) {
+  for (std::ptrdiff_t v = 0; v < kVoxels; v += Lanes::kCount) {
     typename Lanes::Ints sum{};
-    for (int s = 0; s <= kSlots; ++s) {
+    for (std::ptrdiff_t s = 0; s <= kSlots; ++s) {
       typename Lanes::Ints word;
       load(words + s * kVoxels + v, word);
       sum += word & kMostCount;
