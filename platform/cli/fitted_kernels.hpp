@@ -38,9 +38,9 @@ struct FittedSet {
 };
 
 /// Maps a data set in the mode lattice and reads its votes; warns on stderr of what is left out.
-/// Fails as map and eval do, and with kUsage iff the memory does not hold all of it. Uses 72 bytes
-/// beside that for each class around each octet with true labels, and 16 for each octet, class and
-/// fold of scans.
+/// Fails as map and eval do, and with kUsage iff the memory does not hold all of it. Uses up to
+/// twice 76 bytes beside that for each class around each octet with true labels, 36 for each octet,
+/// true class and fold of scans, and 32 for each octet; and 50 MB.
 Outcome<FittedSet> read_fit_data(const FitOptions& options, const std::string& dataset);
 
 /// What a fit gains.

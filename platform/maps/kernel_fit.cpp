@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tessera/base/assert.hpp"
+
 namespace tessera {
 
 /// The labels of a data set's octets under some kernels, and what they are worth.
@@ -169,6 +171,7 @@ double KernelFit::iou(const KernelChoice& choice, std::string_view name) const {
 }
 
 KernelChoice KernelFit::fit(KernelChoice start, const FitPart& part) const {
+  TESSERA_ASSERT(!part.alone);  // then there would be one data set, whatever its number
   std::vector<Labelling> sets = label_all(start, part);
   const auto total = [&sets] { return mean_of(sets).value_or(0.0); };
   const auto has_truth = [&](std::size_t name) {

@@ -55,8 +55,8 @@ class KernelFit {
   [[nodiscard]] std::optional<double> score(const KernelChoice& choice, const FitPart& part) const;
   /// The IoU of a class by name in all data sets that have it, their mean; negative: none has.
   [[nodiscard]] double iou(const KernelChoice& choice, std::string_view name) const;
-  /// The best kernels on a part, from those given on; classes that no truth of the part has keep
-  /// theirs. O(kMostRounds classes kernels votes).
+  /// The best kernels on a part, which is not a fold alone, from those given on; classes that no
+  /// truth of the part has keep theirs. O(kMostRounds classes kernels votes).
   [[nodiscard]] KernelChoice fit(KernelChoice start, const FitPart& part) const;
   /// From where a fit starts: this kernel, and of classes that no data set has in its truth those
   /// of their tables, as nothing can be learned of them.

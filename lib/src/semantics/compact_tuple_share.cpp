@@ -54,7 +54,8 @@ CompactTuple::Plane CompactTuple::add_shared(std::byte* octet_bytes, const Octet
   std::memcpy(&octet, octet_bytes, sizeof(octet));
   const bool adds_unlabelled =
       ((added.components() >> static_cast<unsigned>(unlabelled)) & 1U) != 0;
-  if (adds_unlabelled ||
+  const bool adds_class = ((added.components() >> unsigned{shares.labels[0]}) & 1U) != 0;
+  if (adds_unlabelled || !adds_class ||
       loops_->any_of(octet.words[0].data(), static_cast<std::uint32_t>(unlabelled))) {
     share(octet_bytes, voxels, shares.first(), unlabelled);
     static_cast<void>(add(octet_bytes, added));
@@ -64,8 +65,7 @@ CompactTuple::Plane CompactTuple::add_shared(std::byte* octet_bytes, const Octet
   Words given{};
   if (added.has_rest())
     loops_->add_to_rests(octet.words[0].data(), added.read(0).data(), quanta_, given.data());
-  const bool adds_class = ((added.components() >> unsigned{shares.labels[0]}) & 1U) != 0;
-  share_voxels(octet, adds_class ? &added.read(shares.labels[0]) : nullptr, voxels, shares, given);
+  share_voxels(octet, &added.read(shares.labels[0]), voxels, shares, given);
   join_centroids(octet, added.centroids(), given);
   store_shared_words(octet_bytes, &octet, sizeof(octet));
   return sums_of(octet);
