@@ -5,12 +5,12 @@
 
 #if defined(__AVX2__)
 
+#include "lanes_of_eight.hpp"
+
 namespace tessera {
 
 namespace {
 
-using Float8 = float __attribute__((vector_size(32)));
-using Int8 = std::int32_t __attribute__((vector_size(32)));
 using Short8 = std::int16_t __attribute__((vector_size(16)));
 using Short16 = std::int16_t __attribute__((vector_size(32)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
@@ -34,12 +34,6 @@ Float8 size_of(Float8 v) noexcept {
   const Int8 bits = bits_in(v) & 0x7fffffff;
   __builtin_memcpy(&v, &bits, sizeof(v));
   return v;
-}
-
-unsigned bits_of(Int8 mask) noexcept {
-  Float8 signs;
-  __builtin_memcpy(&signs, &mask, sizeof(signs));
-  return static_cast<unsigned>(__builtin_ia32_movmskps256(signs));
 }
 
 /// A byte each; each is the number of a value.
@@ -201,8 +195,8 @@ std::uint64_t compare_slab(const Face& face, const CarveSlab& slab) noexcept {
       pixels_of(face, face.at_column * slab.inverse_depth, columns_on_face) >> slab.shift;
   const Int8 rows = pixels_of(face, face.at_row * slab.inverse_depth, rows_on_face);
   const unsigned on_rows =
-      bits_of(rows_on_face & (rows >= face.first_row) & (rows <= face.last_row));
-  const unsigned on_columns = bits_of(columns_on_face);
+      bits_of_lanes(rows_on_face & (rows >= face.first_row) & (rows <= face.last_row));
+  const unsigned on_columns = bits_of_lanes(columns_on_face);
   if (on_rows == 0 || on_columns == 0) return 0;
   // Other rows are read too, and do not count.
   const Int8 begins = (rows >> slab.shift) * slab.edge;

@@ -6,14 +6,12 @@
 
 #if defined(__AVX2__)
 
+#include "lanes_of_eight.hpp"
 #include "tessera/inference/kernel.hpp"
 
 namespace tessera {
 
 namespace {
-
-using Float8 = float __attribute__((vector_size(32)));
-using Int8 = std::int32_t __attribute__((vector_size(32)));
 
 /// A whole row at once.
 class RowOfEight {
@@ -49,10 +47,7 @@ class RowOfEight {
   [[nodiscard]] unsigned within(int z) noexcept {
     const Float8 dyz = y_square_ + z_square_[z];
     __builtin_memcpy(dyz_ + std::ptrdiff_t{z} * kRowVoxels, &dyz, sizeof(dyz));
-    const Int8 in_reach = dyz <= reach_;
-    Float8 signs;
-    __builtin_memcpy(&signs, &in_reach, sizeof(signs));
-    return static_cast<unsigned>(__builtin_ia32_movmskps256(signs));
+    return bits_of_lanes(dyz <= reach_);
   }
 
   void at(int column) noexcept {
@@ -86,14 +81,6 @@ class RowOfEight {
   }
 
  private:
-  [[gnu::always_inline]] static Float8 keep_of(Int8 mask, Float8 values) noexcept {
-    Int8 bits;
-    __builtin_memcpy(&bits, &values, sizeof(bits));
-    bits &= mask;
-    Float8 kept;
-    __builtin_memcpy(&kept, &bits, sizeof(kept));
-    return kept;
-  }
   [[gnu::always_inline]] static void add_to(float* at, Float8 more) noexcept {
     Float8 sums;
     __builtin_memcpy(&sums, at, sizeof(sums));

@@ -6,28 +6,13 @@
 
 #if defined(__AVX2__)
 
+#include "lanes_of_eight.hpp"
 #include "tessera/inference/kernel.hpp"
 
 namespace tessera {
 
 namespace {
 
-using Float8 = float __attribute__((vector_size(32)));
-using Int8 = std::int32_t __attribute__((vector_size(32)));
-
-[[gnu::always_inline]] inline Float8 keep_of(Int8 mask, Float8 values) noexcept {
-  Int8 bits;
-  __builtin_memcpy(&bits, &values, sizeof(bits));
-  bits &= mask;
-  Float8 kept;
-  __builtin_memcpy(&kept, &bits, sizeof(kept));
-  return kept;
-}
-[[gnu::always_inline]] inline unsigned bits_of_lanes(Int8 mask) noexcept {
-  Float8 signs;
-  __builtin_memcpy(&signs, &mask, sizeof(signs));
-  return static_cast<unsigned>(__builtin_ia32_movmskps256(signs));
-}
 [[gnu::always_inline]] inline void add_to(OctetPoints& octet, std::uint8_t component,
                                           Float8 more) noexcept {
   float* const plane = octet.planes + std::ptrdiff_t{component} * 8;
@@ -66,15 +51,10 @@ std::uint64_t add_by_eights(OctetPoints& octet) noexcept {
       add_to(octet, point.component, kept);
       continue;
     }
-    std::uint32_t components = point.component | (std::uint32_t{point.second} << 8U) |
-                               (std::uint32_t{point.third} << 16U) |
-                               (std::uint32_t{point.fourth} << 24U);
-    for (std::uint32_t weights = point.label_weights; weights != 0; weights >>= 8U) {
-      const Float8 share = kept * share_of(static_cast<std::uint8_t>(weights));
-      add_to(octet, static_cast<std::uint8_t>(components),
-             keep_of(share >= Float8{} + octet.least_share, share));
-      components >>= 8U;
-    }
+    for_labels(point, [&](std::uint8_t component, std::uint8_t label_weight) {
+      const Float8 share = kept * share_of(label_weight);
+      add_to(octet, component, keep_of(share >= Float8{} + octet.least_share, share));
+    });
   }
   return updates;
 }
