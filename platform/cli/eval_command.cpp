@@ -177,12 +177,7 @@ void add_eval_command(CLI::App& app, int& exit_status) {
           "Only points where both of these maps have a label, each queried in its own frame")
       ->expected(2)
       ->type_name("MAP.tsm");
-  command
-      ->add_option("--without", o->without,
-                   "Raw ids of the truth whose points do not count; what was seen to move in "
-                   "SemanticKITTI: 252,253,254,255,256,257,258,259")
-      ->delimiter(',')
-      ->type_name("ID");
+  declare_without(*command, o->without);
   command->footer(
       "Example: tessera eval --map map.tsm --dataset semantickitti_08 --last 5 --report eval.json");
   command->callback([o, &exit_status] {

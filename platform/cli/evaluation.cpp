@@ -67,8 +67,7 @@ Outcome<void> score_all(Evaluation& run) {
 
 void warn_of_losses(const Evaluation& run) {
   if (run.bad_poses.count() > 0) {
-    warn(counted(run.bad_poses.count(), "scan") +
-         " left out, with a pose that is not a rigid transform: " + run.bad_poses.text());
+    warn(text_of_bad_poses(run.bad_poses));
   }
   for (const UnknownIdCount* const unknown : {&run.unknown_truth, &run.unknown_input}) {
     if (unknown->points() > 0) warn(unknown->text());

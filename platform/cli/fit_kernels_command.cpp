@@ -135,12 +135,7 @@ void add_fit_kernels_command(CLI::App& app, int& exit_status) {
       ->required()
       ->type_name("DIR");
   declare_settings(*command, kFitSettings, *o);
-  command
-      ->add_option("--without", o->without,
-                   "Raw ids of the truth whose points do not count; what was seen to move in "
-                   "SemanticKITTI: 252,253,254,255,256,257,258,259")
-      ->delimiter(',')
-      ->type_name("ID");
+  declare_without(*command, o->without);
   command->footer(
       "Example: tessera fit-kernels --dataset semantickitti_08 --last 5 --out kernels.toml");
   command->callback([o, &exit_status] {

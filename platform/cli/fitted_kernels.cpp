@@ -74,9 +74,7 @@ Outcome<FittedSet> read_fit_data(const FitOptions& options, const std::string& p
   progress.finish();
   for (const UnknownIdCount* const ids : {&unknown, &unknown_input})
     if (ids->points() > 0) warn(ids->text());
-  if (set.bad_poses.count() > 0)
-    warn(counted(set.bad_poses.count(), "scan") +
-         " left out, with a pose that is not a rigid transform: " + set.bad_poses.text());
+  if (set.bad_poses.count() > 0) warn(text_of_bad_poses(set.bad_poses));
   if (set.non_finite > 0) warn(counted(set.non_finite, "point") + " left out, not finite");
   TESSERA_TRY(set.data.samples.read_votes(mapper->map()));
   if (set.data.samples.octets().empty() || set.data.samples.votes().empty())

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <span>
 
+#include "base/number_text.hpp"
 #include "scans/scan_losses.hpp"
 
 namespace tessera {
@@ -21,6 +22,11 @@ std::string NumberList::text() const {
   for (std::size_t i = 0; i < std::min(count_, kShown); ++i)
     text += fmt::format("{}{}", (i == 0 ? "" : ", "), first_[i]);
   return count_ > kShown ? text + ", ..." : text;
+}
+
+std::string text_of_bad_poses(const NumberList& scans) {
+  return counted(scans.count(), "scan") +
+         " left out, with a pose that is not a rigid transform: " + scans.text();
 }
 
 void UnknownIdCount::add(int scan, const UnknownRawIds& ids) {

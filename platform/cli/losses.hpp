@@ -26,6 +26,9 @@ class NumberList {
   std::size_t count_ = 0;
 };
 
+/// "2 scans left out, with a pose that is not a rigid transform: 3, 7".
+[[nodiscard]] std::string text_of_bad_poses(const NumberList& scans);
+
 /// Class ids of several scans that are in no class.
 class UnknownIdCount {
  public:

@@ -49,4 +49,13 @@ void detail::declare_setting(CLI::App& command, const Setting& setting, void* op
   option->required(!setting.required.empty());
 }
 
+void declare_without(CLI::App& command, std::vector<std::uint16_t>& without) {
+  command
+      .add_option("--without", without,
+                  "Raw ids of the truth whose points do not count; what was seen to move in "
+                  "SemanticKITTI: 252,253,254,255,256,257,258,259")
+      ->delimiter(',')
+      ->type_name("ID");
+}
+
 }  // namespace tessera

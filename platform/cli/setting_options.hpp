@@ -5,8 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdint>
 #include <initializer_list>
 #include <string_view>
+#include <vector>
 
 #include "settings/setting.hpp"
 
@@ -31,5 +33,9 @@ void declare_settings(CLI::App& command, const SettingTable<Options>& table,
       detail::declare_setting(command, row, &options);
   }
 }
+
+/// Declares --without: raw ids of the truth whose points do not count. without: must outlive the
+/// command.
+void declare_without(CLI::App& command, std::vector<std::uint16_t>& without);
 
 }  // namespace tessera
