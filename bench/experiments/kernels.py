@@ -4,7 +4,7 @@
 """kernels.py --tessera PROGRAM --out OUT --dataset semantickitti_08: the kernels by class that the library has by the names of classes, as fit-kernels finds them.
 
 Fitted to the real scans, the same scans with labels drawn from their confusion, and the robots with 64 beams of three streets; without points that were seen to
-move. The real scans alone are fitted too. What judges of it, bench/experiments/modes.py, uses other streets, and a scanner that is not looked at here."""
+move. The real scans alone are fitted too. What judges of it, bench/experiments/modes.py, uses other streets and another scanner."""
 import pathlib
 import sys
 
