@@ -8,7 +8,6 @@ namespace tessera {
 
 Outcome<LocalMap> make_empty_map(const LocalMap& like, ArenaMemory& memory) {
   MapConfig config = like.config();
-  config.label_votes = false;
   config.storage_bytes = 4 * SlabPool::kPageBytes;
   TESSERA_TRY_ASSIGN(memory, ArenaMemory::allocate(required_bytes(config)));
   Arena arena(memory.span());

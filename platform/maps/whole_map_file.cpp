@@ -33,7 +33,6 @@ struct Cache {
 };
 
 Outcome<Cache> make_cache(MapConfig config, const ClassTable& classes) {
-  config.label_votes = false;
   config.storage_bytes =
       std::max(kCacheBytes, one_block_storage(config.tuple, classes.num_components()));
   Cache cache;

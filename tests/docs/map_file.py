@@ -103,7 +103,7 @@ class MapFile:
         body = take("I")
         require(body <= 6144, "the body's length")
         self.kind, tuple_byte, self.classes, self.has_frame = take("BBBB")
-        self.tuple, self.has_shares = tuple_byte & 127, tuple_byte > 127
+        self.tuple, self.has_shares, self.has_votes = tuple_byte & 63, tuple_byte > 127, bool(tuple_byte & 64)
         self.resolution, self.prior = take("dd")
         self.cap, self.free_weight = take("ff")
         self.robot, self.epoch, self.revision = take("III")
@@ -130,13 +130,19 @@ class MapFile:
 
     def read_block(self):
         take = self.bytes.take
-        key, revision, free, mask = take("Q"), take("I"), take("B"), take("Q")
+        key, revision, parts, mask = take("Q"), take("I"), take("B"), take("Q")
+        free, voted = parts & 15, parts >> 4
+        labelled = sum(1 << layer for layer in range(4) if mask >> 16 * layer & 0xFFFF)
+        require(not voted or (self.has_votes and not voted & ~labelled), "layers with votes")
         self.bytes.check()
         require(self.last_key < key < 2**63 and revision <= self.revision and free <= 1 and (free or mask), "a block's head")
         self.last_key = key
         self.content = [a + b for a, b in zip(self.content, (1, mask != 0, free, mask.bit_count()))]
         passes = take("512s") if free else bytes(512)
         require(any(passes) == bool(free), "passes")
+        for layer in range(4):
+            if voted >> layer & 1:
+                self.read_votes()
         self.centroids = {}
         voxels = {n: {} for n, passed in enumerate(passes) if passed}
         for octet in range(64):
@@ -144,6 +150,13 @@ class MapFile:
                 self.read_octet(octet, voxels)
         self.bytes.check()
         self.add_block(key, voxels, passes)
+
+    def read_votes(self):
+        of_classes = [self.bytes.take("B4H") for _ in range(self.bytes.take("B"))]
+        labels = [of_class[0] for of_class in of_classes]
+        require(len(labels) <= 5 and labels == sorted(set(labels)) and all(1 <= label <= self.classes for label in labels), "classes of votes")
+        require(all(any(of_class[1:]) for of_class in of_classes), "a class without votes")
+        require(all(sum(of_class[1 + cell] for of_class in of_classes) <= 8192 for cell in range(4)), "a cell's votes")
 
     def read_octet(self, octet, voxels):
         take = self.bytes.take

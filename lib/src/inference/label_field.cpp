@@ -87,7 +87,7 @@ std::uint32_t LabelField::vote(LocalMap& map, const ScanTiles& tiles) noexcept {
         vote_of_unit(tiles, tiles.sample(tile, unit), LabelVotes::cell_of_octet(unit), classes,
                      votes);
       }
-      map.set_votes(map.block_at(block), layer, votes);
+      map.set_votes(block, layer, votes);
     }
   }
   return faults;

@@ -76,11 +76,6 @@ std::uint64_t BlockTable::octets_of(const Block& block) const noexcept {
   return octets;
 }
 
-void BlockTable::set_votes(const Block& block, std::size_t layer,
-                           const LabelVotes& votes) noexcept {
-  store_shared_words(pool_.at(block.labels[layer]) + sizeof(LabelPage), &votes, sizeof(votes));
-}
-
 VoxelEvidence BlockTable::evidence(const Block& block, int octet, int voxel) const noexcept {
   VoxelEvidence result;
   result.num_components = num_components();

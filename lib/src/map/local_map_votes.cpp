@@ -69,10 +69,15 @@ void LocalMap::begin_votes(SlabHandle handle, std::size_t layer) noexcept {
           [](float) {});
     }
   }
-  set_votes(block, layer, found);
+  set_votes(handle, layer, found);
 }
 
-void LocalMap::vote_as(const Block& block, int octet, const VoxelEvidence& evidence) noexcept {
+void LocalMap::set_votes(SlabHandle handle, std::size_t layer, const LabelVotes& votes) noexcept {
+  BlockEditor(*this, handle).set_votes(layer, votes);
+}
+
+void LocalMap::vote_as(SlabHandle handle, int octet, const VoxelEvidence& evidence) noexcept {
+  const Block& block = block_at(handle);
   const std::size_t layer = layer_of_octet(octet);
   if (!keeps_votes() || block.labels[layer] == 0) return;
   LabelVotes votes = this->votes(block, layer);
@@ -81,7 +86,7 @@ void LocalMap::vote_as(const Block& block, int octet, const VoxelEvidence& evide
     votes.add(LabelVotes::cell_of_octet(octet), static_cast<std::uint8_t>(label),
               votes_of_count(evidence.sigma[static_cast<std::size_t>(label)]));
   }
-  set_votes(block, layer, votes);
+  set_votes(handle, layer, votes);
 }
 
 }  // namespace tessera

@@ -35,8 +35,17 @@ struct BlockHead {
   std::uint64_t key = 0;
   std::uint32_t revision = 0;
   bool free = false;         ///< Free passes follow.
+  unsigned votes = 0;        ///< Layers whose votes follow, a bit each.
   std::uint64_t octets = 0;  ///< Which octets with label evidence follow.
 };
+
+/// Those of a layer, of a mask of a block's octets.
+constexpr unsigned octets_of_layer(std::uint64_t octets, std::size_t layer) noexcept {
+  return static_cast<unsigned>(octets >> (kLayerOctets * layer)) & ((1U << kLayerOctets) - 1U);
+}
+
+/// In the byte that says whether free passes follow: the lowest of the layers whose votes do.
+inline constexpr unsigned kVotesShift = 4;
 
 /// The head of a block of the map; no octet and not free: there is nothing to store.
 BlockHead head_of(const LocalMap& map, const Block& block) noexcept;

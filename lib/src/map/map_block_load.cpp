@@ -94,15 +94,72 @@ MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block,
   return {};
 }
 
+using BlockVotes = std::array<LabelVotes, kBlockLayers>;
+
+/// Votes of the layers that have them, as classes ascend.
+MapFileStatus load_votes(CheckedSource& source, const BlockHead& head, int num_classes,
+                         BlockVotes& votes) noexcept {
+  for (unsigned layers = head.votes; layers != 0; layers &= layers - 1) {
+    LabelVotes& of_layer = votes[static_cast<std::size_t>(std::countr_zero(layers))];
+    of_layer.begun = true;
+    std::array<std::byte, 1> classes{};
+    if (!source.get(classes)) return failed(source, Status::kTruncated, kEndsInBlock);
+    const auto count = std::to_integer<std::size_t>(classes[0]);
+    bool valid = count <= LabelVotes::kClasses;
+    std::array<std::uint32_t, LabelVotes::kCells> in_cell{};
+    for (std::size_t slot = 0; valid && slot < count; ++slot) {
+      std::array<std::byte, 1 + 2 * LabelVotes::kCells> bytes{};
+      if (!source.get(bytes)) return failed(source, Status::kTruncated, kEndsInBlock);
+      ByteReader in(bytes);
+      const std::uint8_t label = in.u8();
+      std::uint32_t of_class = 0;
+      for (std::size_t cell = 0; cell < LabelVotes::kCells; ++cell) {
+        of_layer.votes[slot][cell] = in.u16();
+        in_cell[cell] += of_layer.votes[slot][cell];
+        of_class += of_layer.votes[slot][cell];
+        valid = valid && in_cell[cell] <= LabelVotes::kMostOfCell;
+      }
+      const int least = slot == 0 ? 1 : of_layer.labels[slot - 1] + 1;
+      valid = valid && of_class != 0 && label >= least && label <= num_classes;
+      of_layer.labels[slot] = label;
+    }
+    if (!valid) return failed(source, Status::kCorrupt, "a layer's votes are out of range");
+  }
+  return {};
+}
+
+/// To what came from a file is added what the layers have, before labels that come with these votes
+/// vote for themselves.
+void add_to_votes(LocalMap& map, SlabHandle block, const BlockHead& head,
+                  BlockVotes& votes) noexcept {
+  if (!map.keeps_votes()) return;
+  for (unsigned layers = head.votes; layers != 0; layers &= layers - 1) {
+    const auto layer = static_cast<std::size_t>(std::countr_zero(layers));
+    if (map.block_at(block).labels[layer] == 0) continue;
+    LabelVotes sum = map.begun_votes(block, layer);
+    sum.add(votes[layer]);
+    votes[layer] = sum;
+  }
+}
+
+/// Of layers that have a page still: labels may have given way to passes.
+void set_votes(LocalMap& map, SlabHandle block, const BlockHead& head,
+               const BlockVotes& votes) noexcept {
+  if (!map.keeps_votes()) return;
+  for (unsigned layers = head.votes; layers != 0; layers &= layers - 1) {
+    const auto layer = static_cast<std::size_t>(std::countr_zero(layers));
+    if (map.block_at(block).labels[layer] != 0) map.set_votes(block, layer, votes[layer]);
+  }
+}
+
 /// Whether the map has room for all that a stored block may bring; a refusal is counted.
 bool has_room(LocalMap& map, const BlockHead& head) noexcept {
   const Block* const block = map.find(unpack(BlockKey{head.key}));
   SlabPool::Counts wanted{};
   wanted[kBlockSlab] = block == nullptr ? 1 : 0;
   for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
-    const auto octets =
-        static_cast<unsigned>(head.octets >> (kLayerOctets * layer)) & ((1U << kLayerOctets) - 1);
-    if (octets != 0 && (block == nullptr || block->labels[layer] == 0)) ++wanted[kLabelSlab];
+    const bool labelled = detail::octets_of_layer(head.octets, layer) != 0;
+    if (labelled && (block == nullptr || block->labels[layer] == 0)) ++wanted[kLabelSlab];
     // The head does not tell which layers have passes: a bound.
     if (head.free && (block == nullptr || block->free_passes[layer] == 0)) ++wanted[kFreeSlab];
   }
@@ -138,11 +195,16 @@ MapFileStatus detail::read_head(CheckedSource& source, std::span<std::byte, kPie
   ByteReader in(bytes);
   head.key = in.u64();
   head.revision = in.u32();
-  const std::uint8_t free = in.u8();
+  const unsigned parts = in.u8();
   head.octets = in.u64();
+  const unsigned free = parts & ((1U << kVotesShift) - 1U);
   head.free = free == 1;
-  if (head.key >> 63U != 0 || free > 1 || (free == 0 && head.octets == 0))
-    return failed(source, Status::kCorrupt, "a block's head is not valid");
+  head.votes = parts >> kVotesShift;
+  bool valid = head.key >> 63U == 0 && free <= 1 && (head.free || head.octets != 0);
+  for (std::size_t layer = 0; layer < kBlockLayers; ++layer)
+    valid =
+        valid && (((head.votes >> layer) & 1U) == 0 || octets_of_layer(head.octets, layer) != 0);
+  if (!valid) return failed(source, Status::kCorrupt, "a block's head is not valid");
   return {};
 }
 
@@ -155,15 +217,20 @@ MapFileStatus detail::read_content(CheckedSource& source, std::span<std::byte, k
     if (std::ranges::all_of(passes, [](std::byte n) { return n == std::byte{0}; }))
       return failed(source, Status::kCorrupt, "a block's free layer is empty");
   }
+  BlockVotes votes{};
+  const MapFileStatus voted = load_votes(source, head, map.classes().num_classes(), votes);
+  if (!voted.ok()) return voted;
   const Result<SlabHandle> block = map.open_block(unpack(BlockKey{head.key}));
   if (!block.ok()) return failed(source, block.status(), "the map has no room for a block");
   if (map.block_at(*block).revision < head.revision) map.restore_revision(*block, head.revision);
+  add_to_votes(map, *block, head, votes);
   for (int octet = 0; octet < kBlockOctets; ++octet) {
     const bool labelled = ((head.octets >> static_cast<unsigned>(octet)) & 1U) != 0;
     if (!labelled && passes.empty()) continue;
     const MapFileStatus status = load_octet(source, map, *block, octet, labelled, passes);
     if (!status.ok()) return status;
   }
+  set_votes(map, *block, head, votes);
   return check(source, "a block's checksum does not match");
 }
 

@@ -23,6 +23,10 @@ class MapBlock {
   [[nodiscard]] VoxelEvidence evidence(int octet, int voxel) const noexcept {
     return map_.evidence(block_, octet, voxel);
   }
+  [[nodiscard]] LabelVotes votes(std::size_t layer) const noexcept {
+    const bool has_them = map_.keeps_votes() && block_.labels[layer] != 0;
+    return has_them ? map_.votes(block_, layer) : LabelVotes{};
+  }
   /// By octets. False: there are none, and into may be not set.
   [[nodiscard]] bool passes(std::span<std::byte, kBlockVoxels> into) const noexcept {
     return block_.has_free_passes() && copy_passes(map_, block_, into);
@@ -45,6 +49,7 @@ class ReadBlock {
   [[nodiscard]] VoxelEvidence evidence(int octet, int voxel) const noexcept {
     return block_.evidence(octet, voxel);
   }
+  [[nodiscard]] LabelVotes votes(std::size_t layer) const noexcept { return block_.votes(layer); }
   [[nodiscard]] bool passes(std::span<std::byte, kBlockVoxels> into) const noexcept {
     std::byte any{0};
     for (int octet = 0; octet < kBlockOctets; ++octet) {
@@ -70,6 +75,11 @@ detail::BlockHead head_of(const Stored& block) noexcept {
     if (block.observed_labels(octet) != 0)
       head.octets |= std::uint64_t{1} << static_cast<unsigned>(octet);
   }
+  // A scan opens layers for its votes before it knows whether labels come.
+  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+    if (detail::octets_of_layer(head.octets, layer) != 0 && block.votes(layer).begun)
+      head.votes |= 1U << static_cast<unsigned>(layer);
+  }
   return head;
 }
 
@@ -85,6 +95,19 @@ std::uint64_t present_counts(const VoxelEvidence& evidence) noexcept {
     present |= (evidence.sigma[l + 1] > 0.0F ? std::uint64_t{1} : 0) << (l + 1);
   }
   return (present & ~std::uint64_t{1}) | (evidence.rest > 0.0F ? 1U : 0U);
+}
+
+void put_votes(const LabelVotes& votes, std::span<std::byte> buffer, CheckedSink& sink) noexcept {
+  ByteWriter out(buffer);
+  std::array<std::uint8_t, LabelVotes::kClasses> slots{};
+  const std::size_t classes = votes.by_class(slots);
+  out.u8(static_cast<std::uint8_t>(classes));
+  for (const std::uint8_t slot : std::span(slots).first(classes)) {
+    out.u8(votes.labels[slot]);
+    for (const std::uint16_t count : votes.votes[slot]) out.u16(count);
+  }
+  TESSERA_ASSERT(out.ok());
+  sink.put(out.written());
 }
 
 template <class Stored>
@@ -128,7 +151,7 @@ void put_block(const Stored& block, const detail::BlockHead& head, std::span<std
   ByteWriter out(buffer);
   out.u64(head.key);
   out.u32(head.revision);
-  out.u8(head.free ? 1 : 0);
+  out.u8(static_cast<std::uint8_t>((head.free ? 1U : 0U) | head.votes << detail::kVotesShift));
   out.u64(head.octets);
   sink.put(out.written());
   // Of its own, so that a reader takes no storage on the word of a damaged head.
@@ -138,6 +161,8 @@ void put_block(const Stored& block, const detail::BlockHead& head, std::span<std
     static_cast<void>(block.passes(passes));
     sink.put(passes);
   }
+  for (unsigned rest = head.votes; rest != 0; rest &= rest - 1)
+    put_votes(block.votes(static_cast<std::size_t>(std::countr_zero(rest))), buffer, sink);
   for (std::uint64_t rest = head.octets; rest != 0; rest &= rest - 1)
     put_octet(block, std::countr_zero(rest), buffer, sink);
   sink.put_crc();

@@ -19,6 +19,8 @@ inline constexpr std::uint16_t kMapMajor = 2;
 inline constexpr std::uint16_t kMapMinor = 0;
 /// In the byte of the tuple policy: probabilities are shares of the counts.
 inline constexpr unsigned kSharesBit = 0x80;
+/// There too: the map keeps votes.
+inline constexpr unsigned kVotesBit = 0x40;
 inline constexpr std::size_t kPreambleBytes = 8 + 2 + 2 + 4;
 inline constexpr std::uint32_t kEndMark = 0x454e4421U;
 
@@ -28,15 +30,15 @@ constexpr std::uint64_t pages_bytes(std::uint64_t items, std::uint64_t item_byte
   return (items + per_page - 1) / per_page * SlabPool::kPageBytes;
 }
 
-/// Bytes of storage that hold a file's content, and a little more; 0 if none can. The header tells
+/// Bytes of storage that hold a file's content, and a little more; 0 if none can. label_bytes: of a
+/// label page. The header tells
 /// blocks with labels and with free evidence, but not in how many of their layers: so it is a
 /// bound.
-constexpr std::size_t storage_for(const MapFileContent& content,
-                                  std::uint32_t octet_bytes) noexcept {
+constexpr std::size_t storage_for(const MapFileContent& content, std::uint32_t octet_bytes,
+                                  std::uint32_t label_bytes) noexcept {
   const auto bytes_of = [&](std::uint64_t label_pages, std::uint64_t free_pages) {
-    return pages_bytes(content.blocks, sizeof(Block)) +
-           pages_bytes(label_pages, sizeof(LabelPage)) + pages_bytes(free_pages, sizeof(FreePage)) +
-           pages_bytes(content.octets, octet_bytes);
+    return pages_bytes(content.blocks, sizeof(Block)) + pages_bytes(label_pages, label_bytes) +
+           pages_bytes(free_pages, sizeof(FreePage)) + pages_bytes(content.octets, octet_bytes);
   };
   if (bytes_of(content.label_pages, content.free_pages) > MapConfig::kMaxStorageBytes) return 0;
   const std::uint64_t most = bytes_of(std::min(content.octets, kBlockLayers * content.label_pages),

@@ -61,7 +61,7 @@ bool parse_summary(ByteReader& in, MapFileHeader& header) noexcept {
 Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   const std::uint8_t kind = in.u8();
   const unsigned tuple_byte = in.u8();
-  const unsigned tuple = tuple_byte & ~detail::kSharesBit;
+  const unsigned tuple = tuple_byte & ~(detail::kSharesBit | detail::kVotesBit);
   const std::uint8_t classes = in.u8();
   const std::uint8_t has_T_global_map = in.u8();
   header.config.resolution_m = in.f64();
@@ -84,7 +84,8 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   header.identity.kind = static_cast<MapKind>(kind);
   header.config.tuple = static_cast<TuplePolicy>(tuple);
   header.config.probabilities =
-      tuple == tuple_byte ? Probabilities::kEffective : Probabilities::kShares;
+      (tuple_byte & detail::kSharesBit) == 0 ? Probabilities::kEffective : Probabilities::kShares;
+  header.config.label_votes = (tuple_byte & detail::kVotesBit) != 0;
   for (int label = 0; label < classes; ++label) {
     std::array<char, SemanticClass::kNameBytes> name{};
     for (char& letter : name) letter = static_cast<char>(in.u8());
@@ -112,7 +113,8 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
     return Status::kCorrupt;
   const std::uint32_t octet_bytes =
       TupleStore::octet_bytes(header.config.tuple, header.classes.num_components());
-  header.config.storage_bytes = detail::storage_for(content, octet_bytes);
+  header.config.storage_bytes =
+      detail::storage_for(content, octet_bytes, label_page_bytes(header.config.label_votes));
   return header.config.storage_bytes == 0 ? Status::kCorrupt : Status::kOk;
 }
 
@@ -135,7 +137,8 @@ MapFileStatus load_block(CheckedSource& source, const MapFileHeader& header, Map
   BlockHead head;
   const MapFileStatus intact = read_head(source, pieces, head);
   if (!intact.ok()) return intact;
-  if (head.key < loaded.next_key || head.revision > header.revision)
+  const bool unknown_votes = head.votes != 0 && !header.config.label_votes;
+  if (head.key < loaded.next_key || head.revision > header.revision || unknown_votes)
     return failed(source, Status::kCorrupt, "a block's head is not valid");
   loaded.next_key = head.key + 1;
   loaded.content.blocks += 1;

@@ -63,7 +63,8 @@ void put_header(const LocalMap& map, const MapIdentity& identity, const MapFileC
   body.u8(static_cast<std::uint8_t>(identity.kind));
   body.u8(static_cast<std::uint8_t>(
       static_cast<unsigned>(map.config().tuple) |
-      (map.config().probabilities == Probabilities::kShares ? detail::kSharesBit : 0U)));
+      (map.config().probabilities == Probabilities::kShares ? detail::kSharesBit : 0U) |
+      (map.keeps_votes() ? detail::kVotesBit : 0U)));
   body.u8(static_cast<std::uint8_t>(map.classes().num_classes()));
   body.u8(identity.has_T_global_map ? 1 : 0);
   body.f64(map.config().resolution_m);

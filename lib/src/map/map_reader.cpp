@@ -162,6 +162,19 @@ bool MapReader::copy_passes(const Block& block, std::size_t layer, std::byte* to
   return true;
 }
 
+bool MapReader::copy_votes(const Block& block, std::size_t layer, std::byte* to) const noexcept {
+  const SlabHandle labels = load_shared(block.labels[layer]);
+  if (labels == 0) {
+    const LabelVotes none;
+    std::memcpy(to, &none, sizeof(none));
+    return true;
+  }
+  const auto* const page = item<std::byte>(labels, label_page_bytes(true));
+  if (page == nullptr) return false;
+  load_shared_words(to, page + sizeof(LabelPage), sizeof(LabelVotes));
+  return true;
+}
+
 bool MapReader::copy_block(const Block& block, std::span<std::byte> workspace,
                            BlockSnapshot& into) const noexcept {
   into.stamp_ = load_shared(block.stamp);
@@ -169,6 +182,9 @@ bool MapReader::copy_block(const Block& block, std::span<std::byte> workspace,
   into.label_voxels_ = load_shared(block.label_voxels);
   for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
     if (!copy_passes(block, layer, workspace.subspan(layer * kLayerVoxels).data())) return false;
+    if (map_->keeps_votes() &&
+        !copy_votes(block, layer, &workspace[kBlockVoxels + layer * sizeof(LabelVotes)]))
+      return false;
   }
   std::size_t octets = 0;
   for (int octet = 0; octet < kBlockOctets; ++octet) {
@@ -179,7 +195,8 @@ bool MapReader::copy_block(const Block& block, std::span<std::byte> workspace,
     const auto* const page = item<LabelPage>(labels);
     if (page == nullptr) return false;
     into.observed_[at] = load_shared(page->observed[octet_in_layer(octet)]);
-    std::byte* const to = workspace.subspan(kBlockVoxels + octets * octet_bytes_of(*map_)).data();
+    std::byte* const to =
+        workspace.subspan(kSnapshotOctets + octets * octet_bytes_of(*map_)).data();
     bool present = false;
     if (!copy_octet(block, octet, to, present)) return false;
     if (present) into.place_[at] = static_cast<std::uint8_t>(++octets);
@@ -207,7 +224,9 @@ Result<BlockSnapshot> MapReader::snapshot(BlockCoord block,
   result.octet_bytes_ = octet_bytes_of(*map_);
   if (outcome == Outcome::kRead) {
     result.free_passes_ = workspace.first(kBlockVoxels);
-    result.octets_ = workspace.subspan(kBlockVoxels);
+    if (map_->keeps_votes())
+      result.votes_ = workspace.subspan(kBlockVoxels, kBlockLayers * sizeof(LabelVotes));
+    result.octets_ = workspace.subspan(kSnapshotOctets);
   }
   return result;
 }

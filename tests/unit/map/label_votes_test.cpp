@@ -114,7 +114,7 @@ TEST_CASE("label votes: labels that come back from an archive vote where votes h
   REQUIRE(small.map.open_label_layers(block, 1) == Status::kOk);
   LabelVotes votes = small.map.begun_votes(block, 0);
   votes.add(0, 1, 40);
-  small.map.set_votes(small.map.block_at(block), 0, votes);
+  small.map.set_votes(block, 0, votes);
   VoxelEvidence evidence;
   evidence.num_components = small.map.num_components();
   evidence.sigma[2] = 8.0F;
@@ -133,7 +133,7 @@ TEST_CASE("label votes: evidence that rounds to nothing takes neither votes nor 
   REQUIRE(small.map.open_label_layers(block, 1) == Status::kOk);
   LabelVotes votes = small.map.begun_votes(block, 0);
   votes.add(0, 1, 40);
-  small.map.set_votes(small.map.block_at(block), 0, votes);
+  small.map.set_votes(block, 0, votes);
   LabelShares shares;
   shares.offer(1, 2.0F);
   shares.offer(2, 1.0F);

@@ -130,15 +130,25 @@ TEST_CASE("stored block: the bounds on its bytes and storage hold for a full one
   for (const int classes : {1, 19, 62}) {
     MapConfig config = settings(TuplePolicy::kDense, 0.0F);
     config.storage_bytes = one_block_storage(config.tuple, classes + 2);
+    config.label_votes = true;
     SmallMap full(config, classes);
     for (int i = 0; i < kBlockVoxels; ++i) {
       const VoxelCoord v{i % 8, i / 8 % 8, i / 64};
       REQUIRE(carve(full.map, v) == Status::kOk);
       for (int l = 1; l <= classes + 1; ++l) REQUIRE(hit(full.map, v, l, 1.0F) == Status::kOk);
     }
+    const int voted = std::min(classes, static_cast<int>(LabelVotes::kClasses));
+    LabelVotes votes;
+    votes.begun = true;
+    for (int l = 1; l <= voted; ++l) votes.add(3, static_cast<std::uint8_t>(l), 1);
+    for (std::size_t layer = 0; layer < kBlockLayers; ++layer)
+      full.map.set_votes(full.map.find_handle(BlockCoord{}), layer, votes);
     std::vector<std::byte> bytes(most_block_bytes(classes + 2));
     const std::size_t n = save_block(full.map, *full.map.find({}), bytes);
-    CHECK(n + 5 * kBlockVoxels == bytes.size());  // dense tuples have no rest
+    // Dense tuples have no rest, and a table of one class has votes of one.
+    const std::size_t unused =
+        5 * kBlockVoxels + kBlockLayers * 9 * static_cast<std::size_t>(5 - voted);
+    CHECK(n + unused == bytes.size());
     CHECK(save_block(full.map, *full.map.find({}), std::span(bytes).first(n - 1)) == 0);
   }
 }

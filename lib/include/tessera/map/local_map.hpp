@@ -95,6 +95,8 @@ class LocalMap : public BlockTable {
     if (!found.begun) begin_votes(handle, layer);
     return found;
   }
+  /// Sets them. The block's revision stays: no voxel says anything else.
+  void set_votes(SlabHandle handle, std::size_t layer, const LabelVotes& votes) noexcept;
   /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a
   /// tuple that has none left is taken back. Fails with kResourceExhausted iff a free page is
   /// needed and does not fit: counted, unchanged.
@@ -147,7 +149,7 @@ class LocalMap : public BlockTable {
   void begin_votes(SlabHandle handle, std::size_t layer) noexcept;
   /// Label evidence came to an octet that is no scan's: where its layer's votes were begun, it
   /// votes.
-  void vote_as(const Block& block, int octet, const VoxelEvidence& evidence) noexcept;
+  void vote_as(SlabHandle handle, int octet, const VoxelEvidence& evidence) noexcept;
 
   std::array<VoxelState, 256> states_of_passes_{};  ///< Of a voxel with free evidence alone.
   bool only_labels_occupy_ = false;

@@ -39,7 +39,8 @@ struct MapConfig {
   /// What its probabilities are of. No count and no digest depends on it.
   Probabilities probabilities = Probabilities::kEffective;
   /// Keeps beside the labels what points said of each class, which InferenceMode::kLattice needs:
-  /// 48 bytes a layer with labels. Not kept in files: what is loaded votes as its labels.
+  /// 48 bytes a layer with labels, which files and archives have too. What is loaded without them
+  /// votes as its labels.
   bool label_votes = false;
   /// Bytes for blocks, tuples and the free layer together, in use or not; at least four pages of
   /// 4 KiB, and at most kMaxStorageBytes.
@@ -121,7 +122,7 @@ struct LabelPage {
 };
 static_assert(sizeof(LabelPage) == 80);
 
-/// A label page's bytes; with votes they follow it.
+/// A label page's bytes; with votes (LabelVotes) they follow it.
 [[nodiscard]] constexpr std::uint32_t label_page_bytes(bool with_votes) noexcept {
   return static_cast<std::uint32_t>(sizeof(LabelPage) + (with_votes ? sizeof(LabelVotes) : 0));
 }

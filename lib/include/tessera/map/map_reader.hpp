@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <cstring>
 #include <span>
 
 #include "tessera/map/local_maps.hpp"
@@ -47,6 +48,12 @@ class BlockSnapshot {
     if (place == 0) return {};
     return tuples_.centroids(octets_.subspan((place - 1) * octet_bytes_).data());
   }
+  /// Of a layer, if its map keeps them; else none that have begun.
+  [[nodiscard]] LabelVotes votes(std::size_t layer) const noexcept {
+    LabelVotes votes;
+    if (!votes_.empty()) std::memcpy(&votes, &votes_[layer * sizeof(votes)], sizeof(votes));
+    return votes;
+  }
   /// The free passes of all 512 voxels in row order, a byte each; nothing of an empty one.
   [[nodiscard]] std::span<const std::byte> free_rows() const noexcept { return free_passes_; }
 
@@ -61,6 +68,7 @@ class BlockSnapshot {
   TupleStore tuples_{};
   std::size_t octet_bytes_ = 0;
   std::span<const std::byte> free_passes_;  ///< A byte a voxel in row order.
+  std::span<const std::byte> votes_;        ///< Of each layer.
   std::span<const std::byte> octets_;
   std::array<std::uint8_t, kBlockOctets> observed_{};
   std::array<std::uint8_t, kBlockOctets> place_{};  ///< Of the octet in octets_, plus one.
@@ -115,10 +123,10 @@ class MapReader {
   [[nodiscard]] Result<Estimate> query(VoxelCoord voxel) noexcept;
   [[nodiscard]] Result<Estimate> query(const Point3f& p_map) noexcept;
 
-  /// Bytes of workspace that snapshot needs: 512, and 64 octets.
+  /// Bytes of workspace that snapshot needs: 512, votes of the layers, and 64 octets.
   [[nodiscard]] static constexpr std::size_t snapshot_bytes(TuplePolicy tuple,
                                                             int num_components) noexcept {
-    return kBlockVoxels + kBlockOctets * TupleStore::octet_bytes(tuple, num_components);
+    return kSnapshotOctets + kBlockOctets * TupleStore::octet_bytes(tuple, num_components);
   }
   /// Whatever a map keeps of a voxel.
   [[nodiscard]] static constexpr std::size_t most_snapshot_bytes(int num_components) noexcept {
@@ -164,6 +172,8 @@ class MapReader {
 
  private:
   friend class GlobalReader;
+  /// Where the octets of a snapshot begin in its workspace.
+  static constexpr std::size_t kSnapshotOctets = kBlockVoxels + kBlockLayers * sizeof(LabelVotes);
   enum class Outcome : std::uint8_t { kRead, kAbsent, kTorn };
   /// kAbsent: there is no such block, and into is without evidence.
   [[nodiscard]] Outcome read_evidence(VoxelCoord voxel, VoxelEvidence& into) noexcept;
@@ -180,6 +190,7 @@ class MapReader {
                                  std::size_t bytes = sizeof(Item)) const noexcept;
   bool copy_octet(const Block& block, int octet, std::byte* to, bool& present) const noexcept;
   bool copy_passes(const Block& block, std::size_t layer, std::byte* to) const noexcept;
+  bool copy_votes(const Block& block, std::size_t layer, std::byte* to) const noexcept;
   bool copy_block(const Block& block, std::span<std::byte> workspace,
                   BlockSnapshot& into) const noexcept;
 

@@ -78,6 +78,7 @@ class StoredArchive {
  private:
   static constexpr MapConfig one_block_config(MapConfig config, int num_components) noexcept {
     config.storage_bytes = one_block_storage(config.tuple, num_components);
+    config.label_votes = true;  // if those that come have any
     return config;
   }
   [[nodiscard]] bool put(BlockKey key, std::span<const std::byte> bytes) noexcept;

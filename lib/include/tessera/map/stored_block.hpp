@@ -15,7 +15,9 @@ namespace tessera {
 /// The most bytes of a block in a map with num_components = C + 2 components.
 constexpr std::size_t most_block_bytes(int num_components) noexcept {
   const std::size_t counts = 5 * static_cast<std::size_t>(num_components);
-  return 21 + 4 + kBlockVoxels + kBlockOctets * (1 + kOctetVoxels * (2 + counts)) + 4;
+  constexpr std::size_t kVotes = 1 + LabelVotes::kClasses * (1 + 2 * LabelVotes::kCells);
+  return 21 + 4 + kBlockVoxels + kBlockLayers * kVotes +
+         kBlockOctets * (1 + kOctetVoxels * (2 + counts)) + 4;
 }
 
 /// Storage that a map needs to hold any one block, its own and no other, in whole pages.
@@ -36,7 +38,8 @@ std::size_t save_block(const BlockSnapshot& block, std::span<std::byte> into) no
 std::uint32_t revision_of_stored(std::span<const std::byte> bytes) noexcept;
 
 /// Adds a block that save_block wrote to the map, opening it if it is not there: see
-/// LocalMap::merge; the block's revision is the later one. Fails with kResourceExhausted iff
+/// LocalMap::merge; votes, where the map keeps them, are added (LabelVotes::add), and the block's
+/// revision is the later one. Fails with kResourceExhausted iff
 /// storage or index has no room for all of it: counted, map unchanged; kTruncated or kCorrupt iff
 /// the bytes are no such block: only bytes whose checksums fit can have changed the map. O(512 +
 /// observed voxels * C).

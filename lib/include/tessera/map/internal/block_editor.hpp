@@ -59,6 +59,11 @@ class BlockEditor {
   void drop_label_page(std::size_t layer) noexcept;
   /// Makes a voxel's counts these; there must be room. voxel: of the octet, 0 to 7.
   void set_labels(int octet, int voxel, const VoxelEvidence& evidence, bool with_cap) noexcept;
+  /// Of a layer with a label page, in a map that keeps votes.
+  void set_votes(std::size_t layer, const LabelVotes& votes) noexcept {
+    store_shared_words(table_.pool_.at(block_.labels[layer]) + sizeof(LabelPage), &votes,
+                       sizeof(votes));
+  }
   /// Fills an octet without tuples; there must be room.
   void fill_octet(int octet, const BlockContent& content) noexcept;
 

@@ -91,8 +91,6 @@ class BlockTable {
   [[nodiscard]] const LabelVotes& votes(const Block& block, std::size_t layer) const noexcept {
     return *reinterpret_cast<const LabelVotes*>(pool_.at(block.labels[layer]) + sizeof(LabelPage));
   }
-  /// Sets them; no change of the block, as nobody else reads them.
-  void set_votes(const Block& block, std::size_t layer, const LabelVotes& votes) noexcept;
   /// The octets for which a block has tuples, a bit each.
   [[nodiscard]] std::uint64_t octets_of(const Block& block) const noexcept;
   /// Passes of rays through a voxel of a block.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What points said of the classes of a place, over all scans, in cells of 4 x 4 x 2 voxels. Labels
 // are made from it, and it is not made from labels: so an error of one scan does not confirm
-// itself. Of a layer of a block, in its label page; for the thread that writes alone.
+// itself. Of a layer of a block, in its label page.
 #pragma once
 
 #include <array>
@@ -41,6 +41,11 @@ struct LabelVotes {
   /// votes, among equals the higher, gives way: it loses as many, of this cell first, and the new
   /// class takes the place of one that has none left. O(kClasses kCells).
   void add(std::size_t cell, std::uint8_t label, std::uint32_t count) noexcept;
+  /// Adds all that another has, whose cells have at most kMostOfCell each: to none, exactly. As
+  /// add() cell by cell, the lowest class first. O(kClasses^2 kCells).
+  void add(const LabelVotes& other) noexcept;
+  /// Slots that have votes by ascending classes; how many. O(kClasses^2).
+  std::size_t by_class(std::array<std::uint8_t, kClasses>& slots) const noexcept;
 
  private:
   [[nodiscard]] std::uint32_t total(std::size_t slot) const noexcept {
