@@ -11,7 +11,8 @@
 namespace tessera::bench {
 
 inline constexpr Mode kCommandMode{.name = "command",
-                                   .title = "multi-entropy, free space, 40 m",
+                                   .title = "lattice, free space, 40 m",
+                                   .inference = InferenceMode::kLattice,
                                    .free_space = true,
                                    .storage_bytes = std::size_t{512} << 20U,
                                    .max_range_m = 40.0F};

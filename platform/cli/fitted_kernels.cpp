@@ -40,6 +40,10 @@ Outcome<FittedSet> read_fit_data(const FitOptions& options, const std::string& p
   mapping.inference = InferenceMode::kLattice;
   mapping.free_space = false;  // it does not change what votes say
   TESSERA_TRY_ASSIGN(MapSetup setup, set_up(mapping));
+  if (!setup.map.label_votes)
+    return not_allowed(
+        kMapSettings["--resolution"], text_of(setup.map.resolution_m),
+        "metres under " + text_of(kVotesBelow_m) + ", as larger voxels have no votes");
   TESSERA_TRY_ASSIGN(const ScanCapacity capacity, split_budget(setup, dataset.max_points()));
   TESSERA_TRY_ASSIGN(HeldMapper mapper, make_mapper(setup, capacity, dataset.classes().table()));
   TESSERA_TRY_ASSIGN(ScanReader reader, ScanReader::make(dataset));

@@ -265,7 +265,7 @@ Outcome<void> run_map(MapOptions& options) {
     setup = set_up(options);
     if (!setup.ok()) return setup.failure();
     setup->map = earlier.header->config;
-    setup->map.label_votes = needs_votes(options.inference);
+    setup->map.label_votes = needs_votes(options.inference, setup->map.resolution_m);
   }
   if (!options.prior_map.empty()) {
     TESSERA_TRY_ASSIGN(Octree octree, read_prior_map(options.prior_map, setup->map.resolution_m));

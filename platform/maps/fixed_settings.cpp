@@ -80,7 +80,8 @@ std::optional<Message> change_of_mode(const std::string& path, const MapFileHead
 
 std::size_t storage_to_continue(const MapFileHeader& header, const MapOptions& options) {
   const std::size_t storage = header.config.storage_bytes;
-  if (header.config.label_votes || !needs_votes(options.inference)) return storage;
+  const bool votes = needs_votes(options.inference, header.config.resolution_m);
+  if (header.config.label_votes || !votes) return storage;
   const MapFileContent& content = header.content;
   const std::uint64_t pages = std::min(content.octets, kBlockLayers * content.label_pages);
   return storage + static_cast<std::size_t>(pages) * sizeof(LabelVotes) + SlabPool::kPageBytes;

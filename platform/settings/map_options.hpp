@@ -27,7 +27,7 @@ struct MapOptions : SourceOptions {
   std::optional<double> submap_length_m;  ///< 0, the default: one map.
   std::vector<std::string> corrections;   ///< Files of corrected poses.
   std::optional<double> resolution_m;
-  InferenceMode inference = InferenceMode::kMultiEntropy;
+  InferenceMode inference = InferenceMode::kLattice;
   std::optional<double> kernel_length_m;
   std::string kernels;  ///< File; empty: by the names of classes.
   std::optional<double> prior;
@@ -58,7 +58,7 @@ struct MapOptions : SourceOptions {
 
 template <>
 inline constexpr std::array kChoicesOf<InferenceMode>{
-    InferenceMode::kMultiEntropy, InferenceMode::kLattice, InferenceMode::kKernel,
+    InferenceMode::kLattice, InferenceMode::kMultiEntropy, InferenceMode::kKernel,
     InferenceMode::kCounting};
 template <>
 inline constexpr std::array kChoicesOf<Carving>{Carving::kImage, Carving::kRays};

@@ -27,7 +27,7 @@ Outcome<void> set_up_map(const MapOptions& o, MapConfig& map) {
   map.prior = *o.prior;
   map.probabilities =
       o.inference == InferenceMode::kCounting ? Probabilities::kShares : Probabilities::kEffective;
-  map.label_votes = needs_votes(o.inference);
+  map.label_votes = needs_votes(o.inference, map.resolution_m);
   map.max_evidence = static_cast<float>(most);
   map.free_weight = static_cast<float>(*o.free_weight);
   return {};
@@ -103,16 +103,21 @@ Outcome<void> set_up_mode(const MapOptions& o, InferenceConfig& inference) {
   inference.thinning_m = *o.downsample_m;
   inference.thinning_weight = *o.thinning_weight;
   const SettingName& kernels = kMapSettings["--kernels"];
-  if (!o.kernels.empty() && (o.inference != InferenceMode::kLattice || o.kernel_length_m))
-    return Failure{Message(kernels) + " applies to " + kMapSettings["--inference"] +
-                   " lattice without " + kMapSettings["--kernel-length"] + "; leave out one"};
-  if (!o.kernel_length_m) return {};
   const SettingName& length = kMapSettings["--kernel-length"];
-  const bool lattice = o.inference == InferenceMode::kLattice;
-  if (!o.is_kernel() && !lattice)
-    return Failure{Message(length) + " applies to " + kMapSettings["--inference"] +
+  const SettingName& mode = kMapSettings["--inference"];
+  if (!o.kernels.empty() && (o.inference != InferenceMode::kLattice || o.kernel_length_m))
+    return Failure{Message(kernels) + " applies to " + mode + " lattice without " + length +
+                   "; leave out one"};
+  const bool votes = needs_votes(o.inference, *o.resolution_m);
+  if (o.inference == InferenceMode::kLattice && !votes && (o.kernel_length_m || !o.kernels.empty()))
+    return Failure{Message(o.kernel_length_m ? length : kernels) + " applies to " + mode +
+                   " lattice where voxels are under " + text_of(kVotesBelow_m) +
+                   " m; leave it out, or give a finer " + kMapSettings["--resolution"]};
+  if (!o.kernel_length_m) return {};
+  if (!o.is_kernel() && !votes)
+    return Failure{Message(length) + " applies to " + mode +
                    " kernel and lattice; leave it out, or choose one of these modes"};
-  if (lattice) {
+  if (votes) {
     if (!(*o.kernel_length_m >= 0.001 && *o.kernel_length_m <= 1000.0))
       return refused(length, *o.kernel_length_m, "metres from 0.001 to 1000");
     inference.lattice.reach_m = static_cast<float>(*o.kernel_length_m);

@@ -66,10 +66,10 @@ class Options(MapCase):
         self.refused("map", "--out", self.out, saying=("--dataset",))
         self.refused("map", "--dataset", self.data, saying=("--out",))
 
-    def test_kernel_length_needs_the_kernel_mode(self):
+    def test_kernel_length_needs_a_mode_that_has_kernels(self):
         self.map_refused(self.data, "--inference", "multi-entropy", "--kernel-length", "0.3",
                          saying=("--kernel-length", "kernel and lattice"))
-        self.map_refused(self.data, "--kernel-length", "0.3", saying=("--kernel-length",))
+        self.map_refused(self.data, "--resolution", "0.3", "--kernel-length", "0.5", saying=("--kernel-length", "0.25 m"))
 
     def test_kernel_length_out_of_range(self):
         for value in ("0", "-1", "nan", "1000"):

@@ -32,7 +32,7 @@ class BadConfiguration(NodeCase):
         self.bad("[map] memory: is not a number of bytes", map={"memory": "much"})
         self.bad("[map] memory", "give at least", map={"memory": "1K"})
         self.bad("line 8: [map] resolution_m: 0 is not allowed", map={"resolution_m": 0})
-        self.bad("[map] kernel_length_m", map={"kernel_length_m": 0.5})
+        self.bad("[map] kernel_length_m", map={"inference": "counting", "kernel_length_m": 0.5})
         self.bad("[map] downsample_m", map={"downsample_m": "of"})
         self.bad("[fusion] diffusion: strong is not allowed; give contractive, paper or none",
                  fusion={"diffusion": "strong"})
@@ -56,7 +56,7 @@ class BadConfiguration(NodeCase):
     def test_what_is_named_is_not_there(self):
         self.bad("nowhere", replay={"dataset": "nowhere"})
         self.bad("fleet.key", security={"fleet_key": "fleet.key"})
-        self.bad("kernels.toml", map={"inference": "lattice", "kernels": "kernels.toml"})
+        self.bad("kernels.toml", map={"resolution_m": 0.2, "kernels": "kernels.toml"})
         self.bad("nowhere", output={"report": "nowhere/report.json"})
         self.bad("the same file", output={"report": "one", "global_map": "one"})
         self.bad("eth99", network={"interface": "eth99"})

@@ -67,27 +67,42 @@ TEST_CASE("integrator: every value outside its range is refused") {
   }
 }
 
-TEST_CASE("integrator: in the lattice mode a map has to keep votes") {
-  InferenceConfig config;
-  config.mode = InferenceMode::kLattice;
-  RobotConfig robot;
-  robot.map = uncapped_map(0.1);
-  robot.inference = config;
-  robot.scan = test_capacity();
-  AlignedMemory memory(tessera::Mapper::required_bytes(robot));
-  // A mapper sees to it.
-  Arena arena(memory.span());
-  const Result<tessera::Mapper*> made =
-      tessera::Mapper::make(arena, robot, numbered_classes(5), {});
-  REQUIRE(made.ok());
-  CHECK((*made)->map().keeps_votes());
-  Mapper with_votes(uncapped_map(0.1), config, 5);
-  Mapper without(uncapped_map(0.1), InferenceConfig{}, 5);
+TEST_CASE("integrator: a mapper's map keeps votes where the mode needs them and voxels are fine") {
+  const auto keeps = [](InferenceMode mode, double resolution_m) {
+    RobotConfig robot;
+    robot.map = uncapped_map(resolution_m);
+    robot.inference.mode = mode;
+    robot.scan = test_capacity();
+    AlignedMemory memory(tessera::Mapper::required_bytes(robot));
+    Arena arena(memory.span());
+    const Result<tessera::Mapper*> made =
+        tessera::Mapper::make(arena, robot, numbered_classes(5), {});
+    REQUIRE(made.ok());
+    return (*made)->map().keeps_votes();
+  };
+  CHECK(keeps(InferenceMode::kLattice, 0.1));
+  CHECK(keeps(InferenceMode::kLattice, 0.24));
+  CHECK_FALSE(keeps(InferenceMode::kLattice, 0.25));
+  CHECK_FALSE(keeps(InferenceMode::kMultiEntropy, 0.1));
+}
+
+TEST_CASE("integrator: in the lattice mode a map without votes is as by multi-entropy") {
+  InferenceConfig entropy;
+  entropy.mode = InferenceMode::kMultiEntropy;
+  InferenceConfig lattice;
+  lattice.mode = InferenceMode::kLattice;
+  Mapper expected(uncapped_map(0.1), entropy, 5);
+  Mapper without(uncapped_map(0.1), entropy, 5);
+  Mapper with_votes(uncapped_map(0.1), lattice, 5);
   Random random(announce_seed(7));
-  const Cloud cloud = random_cloud(random, {.points = 100});
-  const ScanReport report = with_votes.integrator().integrate(without.map(), cloud.view());
-  CHECK(report.pose == Status::kInvalidArgument);
-  CHECK(without.map().block_count() == 0);
+  for (int scan = 0; scan < 3; ++scan) {
+    const Cloud cloud = random_cloud(random, {.points = 300});
+    REQUIRE(expected.integrate(cloud).pose == Status::kOk);
+    REQUIRE(with_votes.integrator().integrate(without.map(), cloud.view()).pose == Status::kOk);
+    REQUIRE(with_votes.integrate(cloud).pose == Status::kOk);
+  }
+  CHECK(same_content(without.map(), expected.map()));
+  CHECK_FALSE(same_content(with_votes.map(), expected.map()));
 }
 
 TEST_CASE("integrator: no capacity may be zero, and the arena must be large enough and aligned") {

@@ -158,7 +158,7 @@ def test_poses_of_other_types_and_shapes(small, wall):
 
 @pytest.mark.parametrize("arguments, words", [
     ({"resolution_m": 0}, "resolution_m 0"), ({"resolution_m": float("nan")}, "resolution_m"), ({"prior": -1}, "prior -1"),
-    ({"inference": "magic"}, "inference magic"), ({"kernel_length_m": 0.5}, "kernel_length_m applies to"),
+    ({"inference": "magic"}, "inference magic"), ({"inference": "counting", "kernel_length_m": 0.5}, "kernel_length_m applies to"),
     ({"inference": "kernel", "kernel_length_m": 99}, "kernel_length_m 99"), ({"max_range_m": -1}, "max_range_m -1"),
     ({"min_range_m": -1}, "min_range_m"), ({"downsample_m": -2}, "downsample_m -2"), ({"counts": "many"}, "counts many"),
     ({"thinning_weight": "some"}, "thinning_weight some"), ({"min_weight": 2}, "min_weight"),

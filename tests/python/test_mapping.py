@@ -225,7 +225,7 @@ def test_what_a_file_fixes_is_on_record_when_it_goes_on(wall, tmp_path):
     assert (gone_on.prior, gone_on.robot) == (0.01, 3)
     gone_on.save(tmp_path / "again.tsm")
     assert tessera.load(tmp_path / "again.tsm").settings == first.settings
-    with pytest.warns(UserWarning, match="first.tsm was made with inference multi-entropy and continues with counting"):
+    with pytest.warns(UserWarning, match="first.tsm was made with inference lattice and continues with counting"):
         tessera.LocalMap.load(tmp_path / "first.tsm", memory_bytes=32 << 20, max_points=4096, inference="counting")
 
 

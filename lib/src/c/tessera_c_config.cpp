@@ -228,7 +228,7 @@ Status read_config(const tessera_config* from, RobotConfig& into) noexcept {
   into.exchange.max_evidence = robot_max_evidence(into.map);
   into.exchange.records = into.global.replicas.blocks;
   into.global.replicas.contributions = into.exchange.contributions;
-  into.map.label_votes = needs_votes(into.inference.mode);
+  into.map.label_votes = needs_votes(into.inference.mode, into.map.resolution_m);
   if (into.inference.mode == InferenceMode::kCounting)
     into.map.probabilities = global.probabilities = Probabilities::kShares;
   // As eq. (10) has it: the prior is in what is summed up.

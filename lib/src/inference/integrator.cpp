@@ -102,8 +102,7 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan,
     return report;
   }
   if (!points_.begin(map.lattice(), scan.T_map_sensor.col(3)) ||
-      !config_.body.allows(scan.T_body_sensor) ||
-      (config_.mode == InferenceMode::kLattice && !map.keeps_votes())) {
+      !config_.body.allows(scan.T_body_sensor)) {
     report.pose = Status::kInvalidArgument;
     return report;
   }
@@ -134,7 +133,7 @@ bool Integrator::register_scan(const LocalMap& map, const ScanView& scan,
   report.thinned = static_cast<std::uint32_t>(admitted().size());
   const double resolution_m = map.lattice().resolution_m();
   reach_ = kernel_reach(config_, resolution_m, points_.largest_weight());
-  labels_.begin(map.classes(), resolution_m, reach_);
+  labels_.begin(map, reach_);
   work_.set_most_per_point(most_evaluations(config_, reach_));
   if (!work_.in_time()) leave_out_all(report);
   return !work_.cut();

@@ -84,7 +84,7 @@ Result<LabelWriter> LabelWriter::make(Arena& arena, const InferenceConfig& confi
   writer.config_ = config;
   writer.octet_ = arena.take<OctetEvidence>(1);
   writer.wide_ = widest_octet_points();
-  if (writer.lattice()) {
+  if (config.mode == InferenceMode::kLattice) {
     const Result<LabelField> field = LabelField::make(arena);
     if (!field.ok()) return field.status();
     writer.field_ = *field;
@@ -96,11 +96,12 @@ Result<LabelWriter> LabelWriter::make(Arena& arena, const InferenceConfig& confi
   return writer;
 }
 
-void LabelWriter::begin(const ClassTable& classes, double resolution_m,
-                        KernelReach reach) noexcept {
+void LabelWriter::begin(const LocalMap& map, KernelReach reach) noexcept {
+  const double resolution_m = map.lattice().resolution_m();
   const double length = static_cast<double>(config_.kernel_length_m) / resolution_m;
   strips_.begin(config_, static_cast<float>(length), reach);
-  if (lattice()) field_.begin(config_.lattice, classes, resolution_m);
+  votes_ = config_.mode == InferenceMode::kLattice && map.keeps_votes();
+  if (votes_) field_.begin(config_.lattice, map.classes(), resolution_m);
 }
 
 void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origin_voxel,
@@ -108,7 +109,7 @@ void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origi
   EvidenceWork work;
   const bool kernel = config_.mode == InferenceMode::kKernel;
   // All votes before the first label: what a tile's labels are does not depend on the order.
-  if (lattice()) report.write_faults += LabelField::vote(map, tiles);
+  if (votes_) report.write_faults += LabelField::vote(map, tiles);
   const auto write = [&](const Tile& tile) {
     if (tile.wanted == 0) return;
     const Tile* const alone = &tile;
@@ -125,7 +126,7 @@ void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origi
     write_in_time(all.tiles(), ScanTiles::place_of(origin_voxel, tiles.unit_edge()).tile, 1, time,
                   write, leave);
   }
-  if (lattice()) {
+  if (votes_) {
     for (const Tile& tile : std::as_const(tiles).tiles())
       if (tile.wanted != 0 && tile.blocks[0] != 0) map.close_empty_label_layers(tile.blocks[0]);
   }
@@ -136,7 +137,7 @@ void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origi
 void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile& tile,
                               EvidenceWork& work, ScanReport& report) noexcept {
   const bool counting = config_.mode == InferenceMode::kCounting;
-  if (lattice()) field_.look(map, tile.coord, LabelField::layers_of(tile.wanted));
+  if (votes_) field_.look(map, tile.coord, LabelField::layers_of(tile.wanted));
   for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
     const int unit = std::countr_zero(rest);
     UnitPoints around;
@@ -172,7 +173,7 @@ void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile&
 void LabelWriter::write_octet(LocalMap& map, SlabHandle block, int octet,
                               ScanReport& report) noexcept {
   if (block == 0) return;  // beyond the grid's edge, where only coarse units reach
-  const LabelShares shares = lattice() ? field_.shares(octet) : LabelShares{};
+  const LabelShares shares = votes_ ? field_.shares(octet) : LabelShares{};
   if (shares.count != 0) gather_classes(map.classes().num_classes(), shares.labels[0], octet_[0]);
   const Status status = shares.count != 0 ? map.add_labels(block, octet, octet_[0], shares)
                                           : map.add_labels(block, octet, octet_[0]);

@@ -48,7 +48,7 @@ Result<Mapper*> Mapper::make(Arena& arena, const RobotConfig& config, const Clas
   if (!is_valid(config)) return Status::kInvalidArgument;
   Mapper& mapper = place.front();
   MapConfig map = config.map;
-  map.label_votes = needs_votes(config.inference.mode);
+  map.label_votes = needs_votes(config.inference.mode, config.map.resolution_m);
   Status status =
       mapper.maps_.set_up(arena, map, classes, config.most_submaps != 0, config.first_submap);
   if (status == Status::kOk) {

@@ -183,7 +183,7 @@ class Map:
 
 class LocalMap(Map):
     def __init__(
-        self, classes: ClassTable | None = None, *, resolution_m: float | None = None, inference: str = "multi-entropy",
+        self, classes: ClassTable | None = None, *, resolution_m: float | None = None, inference: str = "lattice",
         kernel_length_m: float | None = None, kernels: _Path | None = None, prior: float | None = None, max_range_m: float = ..., min_range_m: float = ...,
         no_return_range_m: float = 0.0, body: Sequence[float] | None = None,
         downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, carving: str = "image",
@@ -194,7 +194,7 @@ class LocalMap(Map):
         max_points: int = ...) -> None: ...
     @staticmethod
     def load(
-        path: _Path, classes: ClassTable | None = None, *, inference: str = "multi-entropy",
+        path: _Path, classes: ClassTable | None = None, *, inference: str = "lattice",
         kernel_length_m: float | None = None, kernels: _Path | None = None, max_range_m: float = ..., min_range_m: float = ...,
         no_return_range_m: float = 0.0, body: Sequence[float] | None = None,
         downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, carving: str = "image",

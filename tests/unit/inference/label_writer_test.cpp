@@ -47,7 +47,7 @@ struct Bench {
     for (Tile& tile : tiles().tiles()) {
       if (tile.wanted != 0) REQUIRE(open_tile(small.map, tiles().unit_edge(), tile, tile.wanted));
     }
-    writer.begin(small.map.classes(), small.map.config().resolution_m, reach);
+    writer.begin(small.map, reach);
   }
   ScanTiles& tiles() { return scratch.scratch.tiles; }
   void write() { writer.write(small.map, tiles(), {0, 0, 0}, work, report); }

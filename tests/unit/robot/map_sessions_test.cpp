@@ -235,7 +235,7 @@ TEST_CASE("Session: what cannot be one is refused, and nothing is published of i
 TEST_CASE("Session: blocks without room are counted, and the robot's own map is not harmed") {
   const Yesterday yesterday(4);
   RobotConfig config = session_config(1);
-  config.global.replicas.robot_segments = 600;
+  config.global.replicas.robot_segments = 900;
   Member one(config, false);
   one.robot().integrate(StreetPart(1).view(), 0);
   std::int64_t now_us = 0;

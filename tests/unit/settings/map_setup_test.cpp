@@ -40,6 +40,17 @@ TEST_CASE("set_up: options that contradict each other are refused, each with the
         "--max-evidence 0.1 is not allowed; give 0, or 1 to 255 times --free-weight");
   options = {};
   options.kernel_length_m = 0.5;
+  CHECK(refused(options).empty());
+  options.resolution_m = 0.25;
+  CHECK(refused(options) ==
+        "--kernel-length applies to --inference lattice where voxels are under 0.25 m; leave it "
+        "out, or give a finer --resolution");
+  options.kernel_length_m = {};
+  options.kernels = "kernels.toml";
+  CHECK(refused(options).starts_with("--kernels applies to --inference lattice where voxels"));
+  options = {};
+  options.kernel_length_m = 0.5;
+  options.inference = InferenceMode::kMultiEntropy;
   CHECK(refused(options) ==
         "--kernel-length applies to --inference kernel and lattice; leave it out, or choose one of "
         "these modes");

@@ -17,12 +17,14 @@ enum class InferenceMode : std::uint8_t {
       1,  ///< k_0 with a fixed length around every point (Gan et al., RA-L 2020), no block limits.
   kMultiEntropy = 2,  ///< k_e: length and reach follow the scan's entropies (paper eq. 6).
   /// How much evidence voxels get as with kMultiEntropy; of which classes it is, by what points
-  /// around said over all scans. For maps with MapConfig::label_votes.
+  /// around said over all scans. Of a map without MapConfig::label_votes it is kMultiEntropy.
   kLattice = 3,
 };
-/// Whether maps must keep votes (MapConfig::label_votes).
-[[nodiscard]] constexpr bool needs_votes(InferenceMode mode) noexcept {
-  return mode == InferenceMode::kLattice;
+/// Voxels from this edge on are without votes: a cell of votes would be wider than most objects.
+inline constexpr double kVotesBelow_m = 0.25;
+/// Whether a map is to keep votes (MapConfig::label_votes): what Mapper sets.
+[[nodiscard]] constexpr bool needs_votes(InferenceMode mode, double resolution_m) noexcept {
+  return mode == InferenceMode::kLattice && resolution_m < kVotesBelow_m;
 }
 /// Whether evidence follows the scan's entropies.
 [[nodiscard]] constexpr bool by_entropies(InferenceMode mode) noexcept {
@@ -53,8 +55,8 @@ constexpr const char* to_string(ThinningWeight weight) noexcept {
   return weight == ThinningWeight::kSum ? "sum" : "mean";
 }
 
-/// Constants of the multi-entropy mode. Lengths in voxels, 0 .. 16. An entropy block is block_edge
-/// voxels a side.
+/// Constants of evidence that follows entropies. Lengths in voxels, 0 .. 16. An entropy block is
+/// block_edge voxels a side.
 struct EntropyConfig {
   float base_length = 3.0F;  ///< D_m = (base_length + entropy_length * E_c) * resolution.
   float entropy_length = 2.0F;
@@ -107,7 +109,7 @@ struct FreeSpaceConfig {
 };
 
 struct InferenceConfig {
-  InferenceMode mode = InferenceMode::kMultiEntropy;
+  InferenceMode mode = InferenceMode::kLattice;
   float kernel_length_m = 0.5F;  ///< D of the kernel mode, 0.001 .. 1000.
   float kernel_scale = 1.0F;     ///< eps_0, 1e-6 .. 1e6.
   /// Smaller contributions are not added, in any mode; 0 .. 1. 0 adds the full ball, but for what

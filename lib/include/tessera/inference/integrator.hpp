@@ -34,11 +34,11 @@ class Integrator {
            (config.free_space.uses_image() ? ImageCarver::required_bytes() : 0);
   }
 
-  /// An integrator with scratch memory from the arena. In the lattice mode its maps must keep votes
-  /// (MapConfig::label_votes), else each scan is refused as with a bad pose. Fails with
-  /// kInvalidArgument iff a value of config is outside its documented range, a capacity is zero, or
-  /// points is over ScanCapacity::kMaxPoints; kResourceExhausted iff the arena is too small or not
-  /// aligned to kArenaAlignment.
+  /// An integrator with scratch memory from the arena. In the lattice mode its maps should keep
+  /// votes (MapConfig::label_votes): see InferenceMode. Fails with kInvalidArgument iff a value of
+  /// config is outside its documented range, a capacity is zero, or points is over
+  /// ScanCapacity::kMaxPoints; kResourceExhausted iff the arena is too small or not aligned to
+  /// kArenaAlignment.
   [[nodiscard]] static Result<Integrator> make(Arena& arena, const InferenceConfig& config,
                                                const ScanCapacity& capacity) noexcept;
   /// No scratch memory: every return of a scan is over capacity.

@@ -25,8 +25,8 @@ class LabelWriter {
   /// No memory: for maps and tiles without points alone.
   LabelWriter() noexcept = default;
 
-  /// Begins a scan of a map of these classes. O(C).
-  void begin(const ClassTable& classes, double resolution_m, KernelReach reach) noexcept;
+  /// Begins a scan of a map. O(C).
+  void begin(const LocalMap& map, KernelReach reach) noexcept;
   /// Writes the wanted units of all tiles, whose blocks are open: nearest first where there is a
   /// deadline, and what it leaves out is counted. Room was reserved before: a write that fails is
   /// counted as a fault. Cost: 7 e^3 evaluations for a point (multi-entropy, unit edge e), one
@@ -38,12 +38,12 @@ class LabelWriter {
   void write_units(LocalMap& map, const ScanTiles& tiles, const Tile& tile, EvidenceWork& work,
                    ScanReport& report) noexcept;
   void write_octet(LocalMap& map, SlabHandle block, int octet, ScanReport& report) noexcept;
-  [[nodiscard]] bool lattice() const noexcept { return config_.mode == InferenceMode::kLattice; }
 
   InferenceConfig config_{};
   std::span<OctetEvidence> octet_;  ///< Sums of the current octet.
   StripWriter strips_{};            ///< In the kernel mode.
   LabelField field_{};              ///< In the lattice mode.
+  bool votes_ = false;              ///< Labels are of field_.
   AddOctetPoints wide_ = nullptr;   ///< Of this machine.
 };
 
