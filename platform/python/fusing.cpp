@@ -164,7 +164,7 @@ constexpr const char* kFuse =
     R"(Fuses local maps, or files of them, into one global map by label diffusion, as `tessera fuse`.
 
 transforms: for each map T_global_map (4, 4), or None for that in the map, else the identity. None for
-iterations and diffusion_length_m: 8 and two voxels, in paper mode 2 and three. memory_bytes: None:
+iterations and diffusion_length_m: 4 and two voxels, in paper mode 2 and three. memory_bytes: None:
 what the maps need. sessions: maps of earlier days that count less than the maps, each a Session or a
 file; one map and a session are enough. Issues a UserWarning about doubtful inputs. Raises InputError iff a map is a global
 one, named twice, or does not match the others, a file cannot be read, or a value is out of its range;

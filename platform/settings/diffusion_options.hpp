@@ -38,7 +38,7 @@ inline constexpr Setting kDiffusionRows[] = {
     row<&DiffusionOptions::iterations>({"--iterations", "fusion", "iterations"},
                                        "Iterations n of the diffusion; paper: at least 1",
                                        {.value = "N",
-                                        .otherwise = "8; paper: 2",
+                                        .otherwise = "4; paper: 2",
                                         .allowed = from_to(0.0, DiffusionConfig::kMostHalo)}),
     row<&DiffusionOptions::length_m>(
         {"--diffusion-length", "fusion", "diffusion_length_m"},

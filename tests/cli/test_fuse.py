@@ -158,7 +158,7 @@ class Fuse(CommandCase):
     def test_global_maps_can_be_looked_at(self):
         self.fuse(self.a, self.b)
         text = self.done("info", self.out, "--report", "info.json").stdout
-        for words in ("global map of robots 0, 1", "diffusion contractive, iterations 8", "the global one"):
+        for words in ("global map of robots 0, 1", "diffusion contractive, iterations 4", "the global one"):
             self.assertIn(words, text)
         settings = json.loads((self.folder / "info.json").read_text())["settings"]
         self.assertEqual(([0, 1], "contractive", 0.2), tuple(settings[k] for k in ("robots", "diffusion", "diffusion_length")))

@@ -96,12 +96,12 @@ class Node(NodeCase):
         (self.folder / "kernels.toml").write_text('[[kernel]]\nclass = "car"\nreach_m = 2.0\nheight_m = 2.0\n')
         digests = {}
         for kernels in ("kernels.toml", None):
-            config = self.config(0, map={"inference": "lattice", "kernels": kernels, "memory": "128M"},
+            config = self.config(0, map={"resolution_m": 0.2, "kernels": kernels, "memory": "128M"},
                                  run={"wait_for_peers": 0, "quiet_s": 0.5, "linger_s": 0})
             report, _ = self.finished(self.start(config), config)
             options = ("--kernels", kernels) if kernels else ()
-            mapped = self.map_dataset(f"{self.street}/robot_0", "mapped.tsm", "--resolution", 0.4, "--max-range", 60, "--memory", "128M",
-                                      "--inference", "lattice", *options)[1]
+            mapped = self.map_dataset(f"{self.street}/robot_0", "mapped.tsm", "--resolution", 0.2, "--max-range", 60, "--memory", "128M",
+                                      *options)[1]
             self.assertEqual(mapped["digest"], report["local_digest"])
             digests[kernels] = report["local_digest"]
         self.assertEqual(2, len(set(digests.values())))

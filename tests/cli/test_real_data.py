@@ -65,7 +65,7 @@ class Reach(CommandCase):
     def test_compact_counts_are_as_good_as_dense_ones(self):
         labels, gains = [], []
         for counts in ("dense", "compact"):
-            mapping, _, gain = self.map_and_score("--free-space", "off", "--counts", counts, "--memory", "256M" if counts == "dense" else "128M",
+            mapping, _, gain = self.map_and_score("--free-space", "off", "--counts", counts, "--memory", "512M" if counts == "dense" else "128M",
                                                  reach_m=0)
             labels.append(self.labels_of_occupied_voxels())
             gains.append(gain)
@@ -75,12 +75,17 @@ class Reach(CommandCase):
         self.assertGreater(same / len(labels[0]), 0.9999)
         self.assertLess(abs(gains[0] - gains[1]), 0.02)
 
+    def test_the_default_mode(self):
+        _, _, gain = self.map_and_score(points=STANDS)
+        self.assertGreaterEqual(gain, 5.0)
+
     def test_multi_entropy_and_what_free_space_costs(self):
-        _, _, gain = self.map_and_score("--free-space", "off")
+        mode = ("--inference", "multi-entropy")
+        _, _, gain = self.map_and_score(*mode, "--free-space", "off")
         self.assertGreaterEqual(gain, 1.1)
         # What drove away is cleared, and is no longer in the map.
-        _, _, without = self.map_and_score("--free-space", "off", points=STANDS)
-        _, _, gain = self.map_and_score(points=STANDS)
+        _, _, without = self.map_and_score(*mode, "--free-space", "off", points=STANDS)
+        _, _, gain = self.map_and_score(*mode, points=STANDS)
         self.assertGreaterEqual(gain, without + 0.2)
 
     @unittest.skipUnless((ROOT / "kitti_raw_0013").is_dir(), "no kitti_raw_0013")

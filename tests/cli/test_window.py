@@ -14,6 +14,8 @@ from command_case import DONE, TIME_LIMIT_S, CommandCase, command_path
 WINDOW = ("--window", 10)
 # The images of a scan need more memory than these maps have. By them, too, a block that is in the archive while a scan sees it is not contradicted.
 RAYS = ("--carving", "rays")
+# Where blocks leave that scans still reach, they take their votes along; evidence alone adds up wherever its blocks are meanwhile.
+NEAR = (*RAYS, "--inference", "multi-entropy")
 THERE_AND_BACK = [*range(0, 60, 4), *range(60, 0, -6), 200, 3, 7]
 
 
@@ -63,13 +65,24 @@ class Window(CommandCase):
         self.assertEqual(expected, (self.folder / "map.tsm").read_bytes())
 
     def test_a_window_with_more_than_memory_holds(self):
-        plain, expected = self.whole(*RAYS)
-        result, report = self.map_dataset(self.data, self.folder / "map.tsm", "--memory", "3M", *RAYS, "--window", 300, "--archive", "spill")
-        self.assert_not_warned(result)
-        self.assertEqual(0, report["totals"]["left_out"])
-        self.assertEqual(expected, (self.folder / "map.tsm").read_bytes())
-        self.assertGreater(report["window"]["near_evicted"], 300)
-        self.assertGreater(report["window"]["reloaded"], 100)
+        for options in (NEAR, RAYS):
+            with self.subTest(options):
+                _, expected = self.whole(*options)
+                self.archive.unlink(missing_ok=True)
+                result, report = self.map_dataset(self.data, self.folder / "map.tsm", "--memory", "3M", *options, "--window", 300, "--archive", "spill")
+                self.assert_not_warned(result)
+                self.assertEqual(0, report["totals"]["left_out"])
+                self.assertGreater(report["window"]["near_evicted"], 300)
+                self.assertGreater(report["window"]["reloaded"], 100)
+                self.assertEqual(self.observed("whole.tsm"), self.observed("map.tsm"))
+                if options == NEAR:
+                    self.assertEqual(expected, (self.folder / "map.tsm").read_bytes())
+
+    def observed(self, map_file):
+        """How many voxels have labels, are free, or are occupied."""
+        self.done("info", self.folder / map_file, "--report", "info.json")
+        report = json.loads((self.folder / "info.json").read_text())
+        return [report[key] for key in ("label_voxels", "free_voxels", "occupied_state")]
 
     def spilled(self, out, *options):
         """A run that keeps all, in memory that does not hold it."""
@@ -100,8 +113,8 @@ class Window(CommandCase):
     def test_where_scans_reach_farther_than_memory_near_blocks_leave_it_too(self):
         for reach in (0, 60):
             with self.subTest(reach):
-                plain, _ = self.whole("--max-range", reach, *RAYS)
-                result, report = self.map_dataset(self.data, self.folder / "map.tsm", "--max-range", reach, "--memory", "2500K", *RAYS)
+                plain, _ = self.whole("--max-range", reach, *NEAR)
+                result, report = self.map_dataset(self.data, self.folder / "map.tsm", "--max-range", reach, "--memory", "2500K", *NEAR)
                 self.assert_not_warned(result)
                 self.assertEqual(0, report["totals"]["left_out"])
                 self.assertEqual(plain["digest"], report["digest"])

@@ -20,11 +20,18 @@ MapConfig map_config() {
   return config;
 }
 
+/// Random labels give each voxel all the classes that it can have.
+GlobalMapConfig roomy_config() {
+  GlobalMapConfig config = oracle::team_config();
+  config.replicas.segments = config.replicas.robot_segments = config.sum_segments = 1U << 16U;
+  return config;
+}
+
 /// A robot with all that it needs from scan to global map.
 class MappingRobot {
  public:
   MappingRobot(std::uint32_t number, const Matrix34d& T_global_map)
-      : mapper_(map_config(), {}, oracle::kTeamClasses), team_(oracle::team_config()) {
+      : mapper_(map_config(), {}, oracle::kTeamClasses), team_(roomy_config()) {
     const ExchangeConfig config{
         .robot = number, .free_weight = map_config().free_weight, .contributions = 8};
     memory_.emplace(Exchange::required_bytes(config, kComponents) +

@@ -31,6 +31,8 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
   DiffusionBrick brick;
   brick.config_ = config;
   const DiffusionStencil stencil(static_cast<double>(config.length_m) / resolution_m);
+  for (std::size_t i = 0; i < brick.spread_.size(); ++i)
+    brick.spread_[i] = spread_lanes(i + 1, LaneWidth::kWidest);
   brick.halo_ = halo_of(config, stencil);
   brick.reach_ = stencil.reach();
   if (brick.halo_ > DiffusionConfig::kMostHalo) return Status::kInvalidArgument;
@@ -184,54 +186,57 @@ bool DiffusionBrick::link_nodes() noexcept {
   return fits;
 }
 
+/// Calls visit(first, last) for each row's nodes that are at least margin from the brick's border.
+template <class Visit>
+void DiffusionBrick::for_runs(int margin, Visit&& visit) const noexcept {
+  const Row before{bits_within(0, margin), bits_within(-64, margin - 64)};
+  const Row inside{bits_within(margin, edge_[0] - margin),
+                   bits_within(margin - 64, edge_[0] - margin - 64)};
+  const auto count = [](const Row& row, const Row& mask) {
+    return static_cast<std::size_t>(count_ones(row[0] & mask[0]) + count_ones(row[1] & mask[1]));
+  };
+  for (int z = margin; z < edge_[2] - margin; ++z) {
+    for (int y = margin; y < edge_[1] - margin; ++y) {
+      const std::size_t row = row_at(y, z);
+      const Row& bits = rows_[row];
+      if (((bits[0] & inside[0]) | (bits[1] & inside[1])) == 0) continue;
+      const std::size_t first = first_[row] + count(bits, before);
+      visit(first, first + count(bits, inside));
+    }
+  }
+}
+
 /// Z of the nodes at least margin from the border, from that of nodes reach nearer to it: eq. (15),
 /// or Z <- B + alpha P Z.
-template <std::size_t kVectors>
-std::uint64_t DiffusionBrick::step_with(const float* from, float* to, int margin) noexcept {
+std::uint64_t DiffusionBrick::step(const float* from, float* to, int margin) noexcept {
+  constexpr std::size_t kMostLanes = 16;
   std::uint64_t visited = 0;
-  const bool paper = config_.mode == DiffusionMode::kPaper;
-  const std::size_t vectors = kVectors != 0 ? kVectors : stride_ / 4;
-  for_nodes(margin, [&](std::size_t at, int, int, int) {
-    const Node& node = nodes_[at];
-    std::array<Float4, kVectors != 0 ? kVectors : kMaxComponents / 4> sum{};
-    for (const Edge& edge : edges_.subspan(node.first_edge, node.edges)) {
-      const float* const z = from + edge.node * stride_;
-      const Float4 weight = all_lanes(edge.weight);
-      for (std::size_t i = 0; i < vectors; ++i) sum[i] += weight * load4(z + 4 * i);
-    }
-    visited += node.edges + 1;
-    const float* const b = sums_ + at * stride_;
-    const float* const own = from + at * stride_;
-    float* const next = to + at * stride_;
-    for (std::size_t i = 0; i < vectors; ++i) {
-      const Float4 spread = all_lanes(node.share) * sum[i];
-      store4(next + 4 * i, load4(b + 4 * i) + (paper ? load4(own + 4 * i) + spread : spread));
-    }
-    return true;
+  for_runs(margin, [&](std::size_t first, std::size_t last) {
+    const DiffusionRun run{.nodes = nodes_.data(),
+                           .edges = edges_.data(),
+                           .from = from,
+                           .sums = sums_,
+                           .to = to,
+                           .stride = stride_,
+                           .first = first,
+                           .last = last,
+                           .adds_own = config_.mode == DiffusionMode::kPaper};
+    for (std::size_t lane = 0; lane < stride_; lane += kMostLanes)
+      spread_[(std::min(stride_ - lane, kMostLanes) - 1) / 4](run, lane);
+    const Node& end = nodes_[last - 1];
+    visited += end.first_edge + end.edges - nodes_[first].first_edge + (last - first);
   });
   return visited;
 }
 
-std::uint64_t DiffusionBrick::step(const float* from, float* to, int margin) noexcept {
-  switch (stride_) {
-    case 4:
-      return step_with<1>(from, to, margin);
-    case 8:
-      return step_with<2>(from, to, margin);
-    case 12:
-      return step_with<3>(from, to, margin);
-    default:
-      return step_with<0>(from, to, margin);
-  }
-}
-
 void DiffusionBrick::note_changes(const float* before, const float* after, int margin) noexcept {
-  for_nodes(margin, [&](std::size_t at, int, int, int) {
-    float change = 0.0F;
-    for (std::size_t lane = at * stride_; lane < at * stride_ + lanes_; ++lane)
-      change += std::fabs(after[lane] - before[lane]);
-    nodes_[at].change = change;
-    return true;
+  for_runs(margin, [&](std::size_t first, std::size_t last) {
+    for (std::size_t at = first; at < last; ++at) {
+      float change = 0.0F;
+      for (std::size_t lane = at * stride_; lane < at * stride_ + lanes_; ++lane)
+        change += std::fabs(after[lane] - before[lane]);
+      nodes_[at].change = change;
+    }
   });
 }
 

@@ -54,7 +54,7 @@ struct DiffusionConfig {
 
   DiffusionMode mode = DiffusionMode::kContractive;
   EdgeTerm edge = EdgeTerm::kConfidence;
-  int iterations = 8;      ///< n, 0 .. 16; paper mode: at least 1.
+  int iterations = 4;      ///< n, 0 .. 16; paper mode: at least 1.
   float length_m = 0.2F;   ///< D of k_0 between voxels.
   float alpha = 0.98F;     ///< 0 < alpha < 1; contractive mode only.
   float omega = 1.0F;      ///< Weight of all evidence, 1e-6 .. 1000.

@@ -7,12 +7,12 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <span>
 
 #include "tessera/base/arena.hpp"
 #include "tessera/base/internal/lanes.hpp"
 #include "tessera/fusion/diffusion_config.hpp"
+#include "tessera/fusion/internal/diffusion_spread.hpp"
 #include "tessera/fusion/internal/diffusion_stencil.hpp"
 #include "tessera/grid/lattice.hpp"
 #include "tessera/semantics/class_table.hpp"
@@ -109,13 +109,8 @@ class DiffusionBrick {
     float loudness = 0.0F;    ///< What it gives of its evidence, 0 to 1.
     std::uint32_t label = 0;  ///< Lane.
   };
-  struct Node {
-    float sum = 0.0F;    ///< |B|
-    float share = 0.0F;  ///< What its edges' weights are multiplied by.
-    float change = 0.0F;
-    std::uint32_t first_edge = 0;
-    std::uint32_t edges = 0;
-  };
+  using Node = DiffusionNode;
+  using Edge = DiffusionEdge;
   /// A neighbour, by its distance in the grid of nodes.
   struct Offset {
     std::int8_t dx = 0;
@@ -123,10 +118,6 @@ class DiffusionBrick {
     std::int8_t dz = 0;
     float weight = 0.0F;
     std::int32_t cells = 0;
-  };
-  struct Edge {
-    std::uint32_t node;
-    float weight;
   };
   /// Voxels along x around a node.
   struct WitnessRow {
@@ -170,9 +161,9 @@ class DiffusionBrick {
   void for_nodes(int margin, Visit&& visit) const noexcept;
   [[nodiscard]] bool link_nodes() noexcept;
   [[nodiscard]] bool link(std::size_t at, std::size_t cell) noexcept;
+  template <class Visit>
+  void for_runs(int margin, Visit&& visit) const noexcept;
   std::uint64_t step(const float* from, float* to, int margin) noexcept;
-  template <std::size_t kVectors>
-  std::uint64_t step_with(const float* from, float* to, int margin) noexcept;
   [[nodiscard]] static std::uint64_t nodes_from(const Row& row, std::int32_t x) noexcept;
   void keep_label(std::size_t at, VoxelCoord v, std::uint64_t& work) noexcept;
   [[nodiscard]] bool is_outvoted(VoxelCoord v, std::size_t lane,
@@ -200,6 +191,7 @@ class DiffusionBrick {
   int iterated_ = 0;
   std::size_t stride_ = 4;
   std::size_t lanes_ = 0;
+  std::array<SpreadLanes, 4> spread_{};  ///< Of 4, 8, 12 and 16 lanes.
   VoxelCoord origin_{};
   std::array<int, 3> edge_{};
   std::array<std::uint8_t, kMaxComponents> lane_of_{};
