@@ -180,8 +180,8 @@ void measure_sums(Meter& meter, const FullBlock& full) {
       .measure(
           {"step_sums", "GlobalMap::step",
            "sums of a block: two turned robots, all blocks that lie in it full and over the cap",
-           "robots (27 (512 (C + 2) + 1) entries + 512 (C + 1) held to the cap + 1)"},
-          0, blocks * (kEntries + 512.0 + 1.0) + 1.0 + kRobots * (kEntries + 1.0), [&] {
+           "robots (27 (2 x 512 (C + 2) + 1) entries + 512 (C + 1) held to the cap + 1)"},
+          0, blocks * (2.0 * (kEntries + 512.0) + 1.0) + 1.0 + kRobots * (kEntries + 1.0), [&] {
             owned.empty();
             owned.global.set_focus(BlockCoord{0, 0, 0});
             publish(owned.global, full, turned(), turned().local_blocks({0, 0, 0}));

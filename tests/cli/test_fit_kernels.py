@@ -80,6 +80,7 @@ class FitKernels(CommandCase):
         self.refused("fit-kernels", "--dataset", copied, *out, saying=("labels",))
         self.refused("fit-kernels", "--dataset", "nowhere", *out, saying=("nowhere",))
         self.refused("fit-kernels", "--dataset", self.data, saying=("--out",))
+        self.refused("fit-kernels", "--dataset", self.data, *out, "--resolution", 0.25, saying=("--resolution", "under 0.25"))
         self.refused("fit-kernels", "--dataset", self.data, *out, "--truth", "none", saying=("--truth",))
         self.refused("fit-kernels", "--dataset", self.data, "--out", f"{self.data}/poses.txt", saying=("poses.txt",))
         # Too little for a map, for the points of a scan, and for all scans.
@@ -104,7 +105,7 @@ class FitKernels(CommandCase):
     def test_a_map_that_goes_on_with_other_kernels_says_so(self):
         kernels = self.folder / "kernels.toml"
         kernels.write_text('[[kernel]]\nclass = "car"\nreach_m = 0.3\n')
-        lattice = ("--inference", "lattice", "--resolution", 0.4, "--memory", "128M")
+        lattice = ("--resolution", 0.2, "--memory", "128M")
         self.map_dataset(self.data, "first.tsm", "--last", 1, *lattice, "--kernels", kernels)
         same, _ = self.map_dataset(self.data, "same.tsm", "--first", 2, *lattice, "--kernels", kernels, "--continue", "first.tsm")
         self.assert_not_warned(same)

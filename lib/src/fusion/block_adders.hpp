@@ -114,6 +114,63 @@ class BlockSums::RowTargets {
   std::array<Target, 8 + GridTransform::kBoxCorners> targets_{};
 };
 
+/// Where the voxels of a local block go in a frame that is shifted by whole voxels: each to one
+/// voxel, in the block that is added up or in another.
+class BlockSums::ShiftedRows {
+ public:
+  /// layers: of the local block; the others go nowhere.
+  ShiftedRows(VoxelCoord shift, BlockCoord local, BlockCoord global, unsigned layers) noexcept {
+    // From a local voxel's place in its block to its target's in the other.
+    const VoxelCoord corner = voxel_at(local, 0, 0);
+    const VoxelCoord to = voxel_at(global, 0, 0);
+    const int dx = corner.x + shift.x - to.x;
+    const int dy = corner.y + shift.y - to.y;
+    const int dz = corner.z + shift.z - to.z;
+    offset_ = dx + kBlockEdge * (dy + kBlockEdge * dz);
+    const auto is_inside = [](int at) { return at >= 0 && at < kBlockEdge; };
+    std::uint64_t row = 0;
+    for (int x = 0; x < kBlockEdge; ++x) row |= std::uint64_t{is_inside(x + dx) ? 1U : 0U} << x;
+    std::uint64_t slice = 0;
+    for (int y = 0; y < kBlockEdge; ++y)
+      if (is_inside(y + dy)) slice |= row << (kBlockEdge * y);
+    for (int z = 0; z < kBlockEdge; ++z)
+      if (is_inside(z + dz) && ((layers >> (z / 2)) & 1U) != 0)
+        go_[static_cast<std::size_t>(z)] = slice;
+  }
+  [[nodiscard]] bool goes(int row) const noexcept { return has_row(go_, row); }
+  /// Of one that goes to the block.
+  [[nodiscard]] int target(int row) const noexcept { return row + offset_; }
+
+ private:
+  VoxelMask go_{};
+  int offset_ = 0;
+};
+
+template <class Adder>
+std::uint64_t BlockSums::add_shifted(const Source& source, const Replicas::Replica& replica,
+                                     BlockCoord local, Adder& adder) noexcept {
+  const ShiftedRows rows(source.contribution.T_global_local.shift(), local, source.block,
+                         replica.live);
+  const VoxelMask& hidden = adder.hidden();
+  VoxelMask labelled{};
+  bool counts = false;
+  const auto begin_voxel = [&](int row, Centroid) {
+    counts = rows.goes(row) && !has_row(hidden, rows.target(row));
+    if (!counts) return;
+    add_row(labelled, row);
+    adder.observe(rows.target(row));
+  };
+  const auto add_labels = [&](int row, int component, float count) {
+    if (counts) adder.add_labels(rows.target(row), component, count);
+  };
+  const auto add_passes = [&](int row, unsigned count) {
+    if (!rows.goes(row) || has_row(hidden, rows.target(row))) return;
+    if (!has_row(labelled, row)) adder.observe(rows.target(row));
+    adder.add_passes(rows.target(row), count);
+  };
+  return unpack_block(source.replicas.read(replica, scratch_), begin_voxel, add_labels, add_passes);
+}
+
 /// The free passes of one contribution, given when all of it is known. In a turned frame a voxel
 /// that enough of a surface goes to has no more of them than the voxels that the surface comes
 /// from.

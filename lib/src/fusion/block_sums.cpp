@@ -94,8 +94,10 @@ std::uint64_t BlockSums::add_replica(const Source& source, const Replicas::Repli
     }
   };
   const std::uint64_t looked = any_objections_ ? source.replicas.objections().size() : 0;
-  return looked +
-         unpack_block(source.replicas.read(replica, scratch_), begin_voxel, add_labels, add_passes);
+  // A turned voxel goes to several.
+  const std::uint64_t each = source.contribution.T_global_local.shift_only() ? 1 : 2;
+  return looked + each * unpack_block(source.replicas.read(replica, scratch_), begin_voxel,
+                                      add_labels, add_passes);
 }
 
 /// Parts in the order of their lowest layers, which is no matter of when they came.
@@ -107,13 +109,15 @@ std::uint64_t BlockSums::add_local_block(const Source& source, Slot slot, BlockC
   const Replicas::Replica* const first = key.ok() ? source.replicas.find(slot, *key) : nullptr;
   if (first == nullptr) return work;
   adder.enter();
+  const bool shifted = !any_objections_ && source.contribution.T_global_local.shift_only();
   RowTargets targets(*this, adder.hidden(), source.contribution.T_global_local, local,
                      source.block);
   for (int layer = 0; layer < kBlockLayers; ++layer) {
     for (const Replicas::Replica* part = first; part != nullptr;
          part = source.replicas.next_part(*part))
       if (part->bytes != 0 && std::countr_zero(part->live) == layer)
-        work += add_replica(source, *part, targets, adder, passes);
+        work += shifted ? add_shifted(source, *part, local, adder)
+                        : add_replica(source, *part, targets, adder, passes);
   }
   return work;
 }

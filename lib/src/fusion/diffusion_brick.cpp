@@ -49,6 +49,7 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
   const bool fits = take(brick.node_of_cell_, capacity.cells) &&
                     take(brick.floats_, capacity.floats) && take(brick.nodes_, capacity.nodes) &&
                     take(brick.voices_, capacity.nodes) && take(brick.edges_, capacity.edges);
+  if (fits) std::memset(brick.node_of_cell_.data(), 0xff, brick.node_of_cell_.size_bytes());
   if (!fits || brick.rows_.empty() || brick.first_.empty() || brick.offsets_.empty() ||
       brick.witnesses_.empty())
     return Status::kResourceExhausted;
@@ -69,7 +70,23 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
   return brick;
 }
 
+/// Sets what the cells of marked voxels say, in the order of (z, y, x).
+template <class Number>
+void DiffusionBrick::number_cells(Number&& number) noexcept {
+  const auto rows = static_cast<std::size_t>(edge_[1] * edge_[2]);
+  for (std::size_t i = 0; i < rows; ++i) {
+    std::uint32_t* const row = node_of_cell_.data() + i * static_cast<std::size_t>(edge_[0]);
+    for (std::size_t word = 0; word < rows_[i].size(); ++word) {
+      for (std::uint64_t bits = rows_[i][word]; bits != 0; bits &= bits - 1)
+        row[64 * word + static_cast<std::size_t>(std::countr_zero(bits))] = number();
+    }
+  }
+}
+
 void DiffusionBrick::begin(const BlockBox& box, std::uint64_t classes) noexcept {
+  // Cells without a node say so from one box to the next: there are many more of them.
+  if (numbered_) number_cells([] { return kNoNode; });
+  numbered_ = false;
   const VoxelCoord corner = voxel_at(box.first, 0, 0);
   origin_ = {corner.x - halo_, corner.y - halo_, corner.z - halo_};
   for (std::size_t i = 0; i < 3; ++i) edge_[i] = box.size[i] * kBlockEdge + 2 * halo_;
@@ -101,16 +118,9 @@ void DiffusionBrick::number_nodes() noexcept {
   z_ = sums_ + floats;
   other_z_ = z_ + floats;
   std::memset(sums_, 0, floats * sizeof(float));
-  const auto cells = static_cast<std::size_t>(edge_[0]) * rows;
-  std::memset(node_of_cell_.data(), 0xff, cells * sizeof(node_of_cell_[0]));
   std::uint32_t node = 0;
-  for (std::size_t i = 0; i < rows; ++i) {
-    std::uint32_t* const row = node_of_cell_.data() + i * static_cast<std::size_t>(edge_[0]);
-    for (std::size_t word = 0; word < rows_[i].size(); ++word) {
-      for (std::uint64_t bits = rows_[i][word]; bits != 0; bits &= bits - 1)
-        row[64 * word + static_cast<std::size_t>(std::countr_zero(bits))] = node++;
-    }
-  }
+  number_cells([&node] { return node++; });
+  numbered_ = true;
 }
 
 /// Sums go from lane to lane, so that lanes of classes that a node does not have change nothing.

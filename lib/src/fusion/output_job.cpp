@@ -48,26 +48,47 @@ bool OutputJob::gather(const GlobalRecords& records, SumStore& sums, const Block
   const std::span<const std::uint32_t> found = find_sums(records, box, classes);
   work += near_.size();
   brick_.begin(box, classes);
-  const auto for_sums = [&](auto&& visit) {
+  // Calls begin(voxel) for each that the brick contains, and label(component, sum) for its classes.
+  const auto for_sums = [&](auto&& begin, auto&& label) {
     for (const std::uint32_t number : found) {
       if (!brick_.fits()) return false;
       const StoredSums& stored = records.at(number).sums;
       const BlockCoord block = records.block_of(number);
+      bool contained = false;
       work += unpack_block(
           sums.read(stored),
-          [&](int row, int component, float sum) {
-            if (((stored.classes >> static_cast<unsigned>(component)) & 1U) == 0) return;
+          [&](int row, Centroid) {
             const VoxelCoord voxel = voxel_of_row(block, row);
-            if (brick_.contains(voxel)) visit(voxel, component, sum);
+            contained = brick_.contains(voxel);
+            if (contained) begin(voxel);
+          },
+          [&](int, int component, float sum) {
+            if (contained && ((stored.classes >> static_cast<unsigned>(component)) & 1U) != 0)
+              label(component, sum);
           },
           [](int, unsigned) {});
     }
     return brick_.fits();
   };
-  if (!for_sums([&](VoxelCoord voxel, int, float) { brick_.mark(voxel); })) return false;
+  VoxelCoord at;
+  bool is_new = false;
+  const auto begin = [&](VoxelCoord voxel) {
+    at = voxel;
+    is_new = true;
+  };
+  const auto mark = [&](int, float) {
+    if (is_new) brick_.mark(at);
+    is_new = false;
+  };
+  if (!for_sums(begin, mark)) return false;
   brick_.number_nodes();
-  return for_sums(
-      [&](VoxelCoord voxel, int component, float sum) { brick_.set(voxel, component, sum); });
+  float* lanes = nullptr;
+  const auto set = [&](int component, float sum) {
+    if (is_new) lanes = brick_.sums_of(at);
+    is_new = false;
+    lanes[brick_.lane_of(component)] = sum;
+  };
+  return for_sums(begin, set);
 }
 
 namespace {

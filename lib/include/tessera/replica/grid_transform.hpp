@@ -135,6 +135,8 @@ class GridTransform {
 
   /// Whether whole voxels go to whole voxels, one to one.
   [[nodiscard]] bool shift_only() const noexcept { return shift_only_; }
+  /// By how many, where that is so.
+  [[nodiscard]] VoxelCoord shift() const noexcept { return shift_; }
 
  private:
   [[nodiscard]] static BlockRange blocks_of(const VoxelBox& box) noexcept {

@@ -81,6 +81,7 @@ class BlockSums {
     std::array<Centroid, kBlockVoxels> centroids{};
   };
   class RowTargets;
+  class ShiftedRows;
   class TurnedPasses;
   class ToRobot;
   class ToSessions;
@@ -96,6 +97,10 @@ class BlockSums {
   template <class Adder>
   std::uint64_t add_replica(const Source& source, const Replicas::Replica& replica,
                             RowTargets& targets, Adder& adder, TurnedPasses* passes) noexcept;
+  /// The same where whole voxels go to whole voxels and nobody objects.
+  template <class Adder>
+  std::uint64_t add_shifted(const Source& source, const Replicas::Replica& replica,
+                            BlockCoord local, Adder& adder) noexcept;
   /// Whether any robot objects to what a contribution has in the block.
   static std::uint64_t look_for_objections(const Source& source, Slot slot, bool& any) noexcept;
   void count_holders(const Replicas& replicas, BlockCoord block, Added& added) noexcept;

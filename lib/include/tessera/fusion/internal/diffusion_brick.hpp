@@ -73,11 +73,13 @@ class DiffusionBrick {
     return node_count_ <= nodes_.size() && 3 * node_count_ * stride_ <= floats_.size();
   }
   /// Numbers the nodes, all with sums zero. They must fit: those of one block always do.
-  /// O(edge^3 + nodes * classes).
+  /// O(edge^2 + nodes * classes).
   void number_nodes() noexcept;
-  /// Sets B of a node. component: one of the classes.
-  void set(VoxelCoord node, int component, float sum) noexcept {
-    sums_[node_at(node) * stride_ + lane_of_[static_cast<std::size_t>(component)]] = sum;
+  /// B of a node, by lanes, to be set.
+  [[nodiscard]] float* sums_of(VoxelCoord node) noexcept { return sums_ + node_at(node) * stride_; }
+  /// component: one of the classes.
+  [[nodiscard]] std::size_t lane_of(int component) const noexcept {
+    return lane_of_[static_cast<std::size_t>(component)];
   }
   /// Links the nodes, once all sums are set. False iff there are more edges than memory holds, as
   /// above. work: what was visited is added. O(nodes * (edges + classes)).
@@ -152,6 +154,8 @@ class DiffusionBrick {
     const VoxelCoord v = voxel - origin_;
     return node_of_cell_[cell_at(v.x, v.y, v.z)];
   }
+  template <class Number>
+  void number_cells(Number&& number) noexcept;
   void describe_nodes() noexcept;
   [[nodiscard]] int iterations() const noexcept;
   template <EdgeTerm kTerm>
@@ -182,6 +186,7 @@ class DiffusionBrick {
   std::span<float> floats_;
   std::span<Node> nodes_;
   std::span<Edge> edges_;
+  bool numbered_ = false;  ///< Cells have numbers of nodes.
   std::size_t node_count_ = 0;
   std::size_t edge_count_ = 0;
   float* sums_ = nullptr;  ///< B, then the two Z in turn: by node and lane.

@@ -11,6 +11,7 @@
 
 namespace tessera {
 
+/// A voxel of the overlap that has evidence of a class.
 struct DiffusionNode {
   float sum = 0.0F;    ///< |B|
   float share = 0.0F;  ///< What its edges' weights are multiplied by.
@@ -18,6 +19,7 @@ struct DiffusionNode {
   std::uint32_t first_edge = 0;
   std::uint32_t edges = 0;
 };
+/// From a node to one of its neighbours.
 struct DiffusionEdge {
   std::uint32_t node;
   float weight;
