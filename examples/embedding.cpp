@@ -8,7 +8,8 @@
 
 using namespace tessera;
 
-constexpr MapConfig kMap{.resolution_m = 0.2, .storage_bytes = std::size_t{16} << 20U};
+constexpr MapConfig kMap{
+    .resolution_m = 0.2, .label_votes = true, .storage_bytes = std::size_t{16} << 20U};
 constexpr InferenceConfig kInference{.thinning_m = 0.2};
 constexpr ScanCapacity kScan{.points = 16384, .tiles = 4096, .ray_blocks = 8192};
 constexpr std::size_t kBytes = required_bytes(kMap) + Integrator::required_bytes(kScan, kInference);

@@ -15,7 +15,8 @@ using namespace tessera;
 
 namespace {
 
-constexpr MapConfig kMap{.resolution_m = 0.2, .storage_bytes = std::size_t{4} << 20U};
+constexpr MapConfig kMap{
+    .resolution_m = 0.2, .label_votes = true, .storage_bytes = std::size_t{4} << 20U};
 constexpr InferenceConfig kInference{.thinning_m = 0.2};
 constexpr ScanCapacity kScan{.points = 4096, .tiles = 2048, .ray_blocks = 2048};
 constexpr int kComponents = 3;  // one class, unlabelled, free

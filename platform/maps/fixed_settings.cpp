@@ -66,6 +66,15 @@ std::optional<Message> change_of_mode(const std::string& path, const MapFileHead
                                       const MapOptions& options, const MapSetup& setup) {
   const Json mode = recorded_setting(header, "inference");
   if (!mode.is_string()) return std::nullopt;
+  const bool votes = needs_votes(options.inference, header.config.resolution_m);
+  const auto is_by_entropies = [](const Json& name) {
+    return name == to_string(InferenceMode::kMultiEntropy) ||
+           name == to_string(InferenceMode::kLattice);
+  };
+  // Without votes these two are one.
+  if (!votes && is_by_entropies(mode) && is_by_entropies(to_string(options.inference)) &&
+      !header.config.label_votes)
+    return std::nullopt;
   if (mode != to_string(options.inference))
     return path + " was made with " + kMapSettings["--inference"] + " " + mode.get<std::string>() +
            " and continues with " + to_string(options.inference);

@@ -74,11 +74,13 @@ inline constexpr Setting kMapRows[] = {
                                     .otherwise = "0.1",
                                     .allowed = from_to(0.001, 100.0, "metres"),
                                     .fixed = true}),
-    row<&MapOptions::inference>({"--inference", "map", "inference"},
-                                "How a point gives evidence to the voxels around it"),
+    row<&MapOptions::inference>(
+        {"--inference", "map", "inference"},
+        "How a point gives evidence to the voxels around it; lattice: from voxels of 0.25 m on "
+        "as multi-entropy"),
     row<&MapOptions::kernel_length_m>(
         {"--kernel-length", "map", "kernel_length_m"},
-        "Length D of the mode kernel, or of lattice how far labels reach; for these modes only",
+        "Length D of the mode kernel, or of lattice, under voxels of 0.25 m, how far labels reach",
         {.value = "M",
          .otherwise = "0.5; lattice: each class has its own",
          .allowed = {.least = 0.0,
@@ -86,7 +88,7 @@ inline constexpr Setting kMapRows[] = {
                      .words = "metres from 0.5 to 32 voxels; lattice: from 0.001 to 1000"}}),
     path_row<&MapOptions::kernels>(
         {"--kernels", "map", "kernels"},
-        "File of kernels by class, for lattice, as fit-kernels writes it",
+        "File of kernels by class, for lattice under voxels of 0.25 m, as fit-kernels writes it",
         {.value = "FILE", .otherwise = "by the names of classes"}),
     row<&MapOptions::prior>(
         {"--prior", "map", "prior"}, "Prior sigma_0 of every component",

@@ -156,7 +156,6 @@ void put_global() {
   put("global block", slope_of_global([](GlobalMapConfig & c) -> auto& { return c.blocks; }));
   const auto brick = [](float length_m) {
     DiffusionConfig diffusion;
-    diffusion.iterations = 8;
     diffusion.length_m = length_m;
     return DiffusionBrick::required_bytes(diffusion, 0.1, kComponents);
   };

@@ -188,7 +188,7 @@ class Memory(PageCase):
         self.says("+ {} sum_segments", f["sum segment"])
         self.says("+ {} blocks of the grid", f["global block"])
         self.says("most_packed_bytes + {}", f["global rest"])
-        self.says("{} for eight iterations of 0.2 m at 0.1 m and C = 19, {} for eight of 0.3 m", f["brick 0.2"], f["brick 0.3"])
+        self.says("{} for four iterations of 0.2 m at 0.1 m and C = 19, {} for four of 0.3 m", f["brick 0.2"], f["brick 0.3"])
         self.says("one content more, and {} for 512 voxels", f["share"])
         self.says("of all robots together, up to {}", f["contributions"])
 

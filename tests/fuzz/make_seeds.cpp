@@ -211,19 +211,20 @@ void maps(Corpus& corpus) {
     MapConfig config = oracle::uncapped_map(0.1);
     config.tuple = i % 2 == 0 ? TuplePolicy::kDense : TuplePolicy::kCompact;
     config.storage_bytes = std::size_t{1} << 18U;
+    config.label_votes = i % 3 == 1;
     AlignedMemory memory(required_bytes(config));
     Arena arena(memory.span());
     LocalMap map = std::move(*LocalMap::make(arena, config, oracle::numbered_classes(classes)));
     for (int voxels = random.below(30); voxels > 0; --voxels) {
-      const int x = random.below(12);
-      const int y = random.below(2);
-      const SlabHandle block = *map.open_block({x / 8, y, 0});
+      const BlockCoord coord{random.below(12) / 8, random.below(2), 0};
+      const SlabHandle block = *map.open_block(coord);
       const std::array<std::byte, kOctetVoxels> free{static_cast<std::byte>(random.below(3) + 1)};
       const int octet = random.below(kBlockOctets);
       VoxelEvidence evidence;
       evidence.num_components = classes + 2;
       evidence.sigma[static_cast<std::size_t>(1 + random.below(classes + 1))] = 0.25F;
       static_cast<void>(map.merge(block, octet, random.below(8), evidence, 0));
+      if (config.label_votes) static_cast<void>(map.begun_votes(block, layer_of_octet(octet)));
       const unsigned unlabelled = ~unsigned{map.observed_labels(map.block_at(block), octet)};
       if (random.below(2) == 0)
         static_cast<void>(map.merge_passes(block, octet, free, unlabelled & 1U));
@@ -236,12 +237,12 @@ void maps(Corpus& corpus) {
     file.u8(1);
     static_cast<void>(save(map, identity, workspace, buffer, {&file, &append}));
     corpus.add("map_file", file);
-    const Block* const block = map.find({0, 0, 0});
-    if (block == nullptr) continue;
+    if (map.find({0, 0, 0}) == nullptr) continue;
     std::vector<std::byte> coded(most_block_bytes(map.num_components()));
-    coded.resize(save_block(map, *block, coded));
+    coded.resize(save_block(map, *map.find({0, 0, 0}), coded));
     Seed stored;
-    const unsigned how = 3U + (i % 2 == 0 ? 0U : 4U) + (static_cast<unsigned>(classes - 1) << 3U);
+    const unsigned how = 3U + (i % 2 == 0 ? 0U : 4U) + (static_cast<unsigned>(classes - 1) << 3U) +
+                         (config.label_votes ? 128U : 0U);
     corpus.add("map_file", stored.u8(how).all(coded));
   }
 }

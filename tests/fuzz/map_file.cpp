@@ -39,8 +39,10 @@ class Mender {
     ByteReader reader(head);
     static_cast<void>(reader.u64());
     static_cast<void>(reader.u32());
-    const bool free = reader.u8() == 1;
-    if (free) skip(kBlockVoxels);
+    const unsigned parts = reader.u8();
+    if ((parts & 15U) == 1) skip(kBlockVoxels);
+    for (unsigned layers = parts >> 4U; layers != 0; layers &= layers - 1)
+      skip(std::size_t{9} * u8());
     for (std::uint64_t octets = reader.u64(); octets != 0 && more(); octets &= octets - 1) {
       for (unsigned voxels = u8(); voxels != 0 && more(); voxels &= voxels - 1)
         skip(std::size_t{5} * u8() + 1);
@@ -156,10 +158,11 @@ void whole_file(Bytes bytes) {
 }
 
 /// A block that an archive gives back, into a map that has room for one.
-void one_block(Bytes bytes, int classes, TuplePolicy policy) {
+void one_block(Bytes bytes, int classes, TuplePolicy policy, bool votes) {
   MapConfig config = oracle::uncapped_map(0.1);
   config.tuple = policy;
   config.storage_bytes = one_block_storage(policy, classes + 2);
+  config.label_votes = votes;
   OwnMap own(config, oracle::numbered_classes(classes));
   LocalMap& map = *own;
   const MapFileStatus status = restore_block(bytes, map);
@@ -176,6 +179,10 @@ void one_block(Bytes bytes, int classes, TuplePolicy policy) {
   OwnMap other(config, oracle::numbered_classes(classes));
   require(restore_block(coded, *other).ok(), "what was coded is not decoded");
   require(digest_of(map) == digest_of(*other), "another digest");
+  std::vector<std::byte> again(coded.size());
+  const Block* const same = (*other).find(unpack(BlockKey{block->key}));
+  again.resize(save_block(*other, *same, again));
+  require(again == coded, "other votes or counts");  // the digest is of no votes
 }
 
 }  // namespace
@@ -188,8 +195,9 @@ void map_file(Bytes bytes) {
   const bool mend = (how & 1U) != 0;
   if ((how & 2U) != 0) {
     if (mend) mender.block();
-    return one_block(all, 1 + static_cast<int>(how >> 3U),
-                     (how & 4U) != 0 ? TuplePolicy::kCompact : TuplePolicy::kDense);
+    return one_block(all, 1 + static_cast<int>((how >> 3U) & 15U),
+                     (how & 4U) != 0 ? TuplePolicy::kCompact : TuplePolicy::kDense,
+                     (how & 128U) != 0);
   }
   if (mend && all.size() >= 16) {
     mender.header();

@@ -113,6 +113,45 @@ TEST_CASE("reader: a snapshot's octets and passes are of one moment") {
       });
 }
 
+TEST_CASE("reader: the votes of a snapshot are of one moment") {
+  MapConfig config = config_of(TuplePolicy::kCompact);
+  config.label_votes = true;
+  OwnedMap owned(config);
+  const BlockCoord coord = block_number(0);
+  const SlabHandle block = *owned.map.open_block(coord);
+  REQUIRE(owned.map.open_label_layers(block, kAllLayers) == Status::kOk);
+  // All cells of all classes of all layers have the same number at each moment.
+  const auto write = [&](int round) {
+    for (int i = 100 * round; i < 100 * (round + 1); ++i) {
+      LabelVotes votes;
+      votes.begun = true;
+      for (auto& of_class : votes.votes) of_class.fill(static_cast<std::uint16_t>(1 + i % 8000));
+      votes.labels.fill(static_cast<std::uint8_t>(1 + i % 4));
+      owned.map.set_votes(block, static_cast<std::size_t>(i % kBlockLayers), votes);
+    }
+    std::this_thread::yield();
+  };
+  Findings findings;
+  const std::size_t bytes = MapReader(owned.map).snapshot_bytes();
+  race(owned.map, findings, kBlockReads, write, [&](MapReader& reader, oracle::Random&) {
+    thread_local std::vector<std::uint64_t> workspace;
+    workspace.resize(bytes / 8);
+    const Result<BlockSnapshot> read =
+        reader.snapshot(coord, std::as_writable_bytes(std::span(workspace)));
+    if (!read.ok()) return;
+    for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+      const LabelVotes votes = read->votes(layer);
+      if (!votes.begun) continue;
+      ++findings.full;
+      const std::uint16_t first = votes.votes[0][0];
+      bool same = votes.labels[0] == 1 + (first - 1) % 4;
+      for (const auto& of_class : votes.votes)
+        for (const std::uint16_t count : of_class) same = same && count == first;
+      if (!same) ++findings.torn;
+    }
+  });
+}
+
 TEST_CASE("reader: scans are integrated with free space while others read") {
   OwnedMap owned(config_of(GENERATE(TuplePolicy::kDense, TuplePolicy::kCompact)));
   InferenceConfig config;

@@ -104,22 +104,27 @@ std::uint64_t BlockSums::add_replica(const Source& source, const Replicas::Repli
 template <class Adder>
 std::uint64_t BlockSums::add_local_block(const Source& source, Slot slot, BlockCoord local,
                                          Adder& adder, TurnedPasses* passes) noexcept {
-  std::uint64_t work = 1;
   const Result<BlockKey> key = pack(local);
   const Replicas::Replica* const first = key.ok() ? source.replicas.find(slot, *key) : nullptr;
-  if (first == nullptr) return work;
+  if (first == nullptr) return 1;
   adder.enter();
-  const bool shifted = !any_objections_ && source.contribution.T_global_local.shift_only();
-  RowTargets targets(*this, adder.hidden(), source.contribution.T_global_local, local,
-                     source.block);
-  for (int layer = 0; layer < kBlockLayers; ++layer) {
-    for (const Replicas::Replica* part = first; part != nullptr;
-         part = source.replicas.next_part(*part))
-      if (part->bytes != 0 && std::countr_zero(part->live) == layer)
-        work += shifted ? add_shifted(source, *part, local, adder)
-                        : add_replica(source, *part, targets, adder, passes);
-  }
-  return work;
+  const auto for_parts = [&](auto&& add) {
+    std::uint64_t work = 1;
+    for (int layer = 0; layer < kBlockLayers; ++layer) {
+      for (const Replicas::Replica* part = first; part != nullptr;
+           part = source.replicas.next_part(*part))
+        if (part->bytes != 0 && std::countr_zero(part->live) == layer) work += add(*part);
+    }
+    return work;
+  };
+  const GridTransform& T_global_local = source.contribution.T_global_local;
+  if (!any_objections_ && T_global_local.shift_only())
+    return for_parts(
+        [&](const Replicas::Replica& part) { return add_shifted(source, part, local, adder); });
+  RowTargets targets(*this, adder.hidden(), T_global_local, local, source.block);
+  return for_parts([&](const Replicas::Replica& part) {
+    return add_replica(source, part, targets, adder, passes);
+  });
 }
 
 template <class Adder>

@@ -3,6 +3,7 @@
 #include "tessera/fusion/internal/diffusion_brick.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/map/internal/label_votes.hpp"
 
+#include <algorithm>
 #include <span>
 
 namespace tessera {
@@ -50,15 +51,44 @@ std::size_t LabelVotes::by_class(std::array<std::uint8_t, kClasses>& slots) cons
 }
 
 void LabelVotes::add(const LabelVotes& other) noexcept {
-  std::array<std::uint8_t, kClasses> slots{};
-  const std::size_t found = other.by_class(slots);
-  for (const std::uint8_t slot : std::span(slots).first(found)) {
-    for (std::size_t cell = 0; cell < kCells; ++cell) {
-      // One addition is at most half of what a cell can have.
-      const std::uint32_t count = other.votes[slot][cell];
-      add(cell, other.labels[slot], count);
-      if (count > kMostAdded) add(cell, other.labels[slot], count - kMostAdded);
+  struct OfClass {
+    std::array<std::uint32_t, kCells> votes{};
+    std::uint32_t total = 0;
+    std::uint8_t label = 0;
+  };
+  std::array<OfClass, 2 * kClasses> all{};
+  std::size_t count = 0;
+  for (const LabelVotes* const from : {static_cast<const LabelVotes*>(this), &other}) {
+    for (std::size_t s = 0; s < kClasses; ++s) {
+      if (from->total(s) == 0) continue;
+      std::size_t at = 0;
+      while (at < count && all[at].label != from->labels[s]) ++at;
+      count += at == count ? 1U : 0U;
+      all[at].label = from->labels[s];
+      all[at].total += from->total(s);
+      for (std::size_t cell = 0; cell < kCells; ++cell) all[at].votes[cell] += from->votes[s][cell];
     }
+  }
+  const auto sums = std::span(all).first(count);
+  const auto kept = sums.first(count < kClasses ? count : kClasses);
+  const auto is_before = [](const OfClass& a, const OfClass& b) {
+    return a.total != b.total ? a.total > b.total : a.label < b.label;
+  };
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    std::iter_swap(
+        sums.begin() + static_cast<std::ptrdiff_t>(i),
+        std::min_element(sums.begin() + static_cast<std::ptrdiff_t>(i), sums.end(), is_before));
+  for (std::size_t cell = 0; cell < kCells; ++cell) {
+    std::uint32_t in_cell = 0;
+    for (const OfClass& of : kept) in_cell += of.votes[cell];
+    for (OfClass& of : kept) of.votes[cell] /= in_cell > kMostOfCell ? 2U : 1U;
+  }
+  votes = {};
+  labels = {};
+  for (std::size_t s = 0; s < kept.size(); ++s) {
+    labels[s] = kept[s].label;
+    for (std::size_t cell = 0; cell < kCells; ++cell)
+      votes[s][cell] = static_cast<std::uint16_t>(kept[s].votes[cell]);
   }
 }
 

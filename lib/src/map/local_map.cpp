@@ -207,7 +207,7 @@ Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvi
   }
   if (labelled) {
     editor.set_labels(octet, voxel, evidence, false);
-    vote_as(handle, octet, evidence);
+    vote_as(editor, handle, octet, evidence);
   }
   return Status::kOk;
 }
@@ -237,7 +237,7 @@ Status LocalMap::merge(SlabHandle handle, int octet, int voxel, const VoxelEvide
   if (!labelled) return Status::kOk;
   tuples().condense(sum);
   editor.set_labels(octet, voxel, sum, true);
-  vote_as(handle, octet, added);
+  vote_as(editor, handle, octet, added);
   return Status::kOk;
 }
 

@@ -76,7 +76,8 @@ void LocalMap::set_votes(SlabHandle handle, std::size_t layer, const LabelVotes&
   BlockEditor(*this, handle).set_votes(layer, votes);
 }
 
-void LocalMap::vote_as(SlabHandle handle, int octet, const VoxelEvidence& evidence) noexcept {
+void LocalMap::vote_as(BlockEditor& editor, SlabHandle handle, int octet,
+                       const VoxelEvidence& evidence) noexcept {
   const Block& block = block_at(handle);
   const std::size_t layer = layer_of_octet(octet);
   if (!keeps_votes() || block.labels[layer] == 0) return;
@@ -86,7 +87,7 @@ void LocalMap::vote_as(SlabHandle handle, int octet, const VoxelEvidence& eviden
     votes.add(LabelVotes::cell_of_octet(octet), static_cast<std::uint8_t>(label),
               votes_of_count(evidence.sigma[static_cast<std::size_t>(label)]));
   }
-  set_votes(handle, layer, votes);
+  editor.set_votes(layer, votes);
 }
 
 }  // namespace tessera

@@ -128,7 +128,7 @@ MapFileStatus load_votes(CheckedSource& source, const BlockHead& head, int num_c
   return {};
 }
 
-/// To what came from a file is added what the layers have, before labels that come with these votes
+/// To what came from a file is added what the layers have. Labels that come with these votes do not
 /// vote for themselves.
 void add_to_votes(LocalMap& map, SlabHandle block, const BlockHead& head,
                   BlockVotes& votes) noexcept {
@@ -138,7 +138,9 @@ void add_to_votes(LocalMap& map, SlabHandle block, const BlockHead& head,
     if (map.block_at(block).labels[layer] == 0) continue;
     LabelVotes sum = map.begun_votes(block, layer);
     sum.add(votes[layer]);
+    sum.begun = true;
     votes[layer] = sum;
+    map.set_votes(block, layer, {});  // so that the labels do not vote
   }
 }
 

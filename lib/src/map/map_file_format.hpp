@@ -31,9 +31,8 @@ constexpr std::uint64_t pages_bytes(std::uint64_t items, std::uint64_t item_byte
 }
 
 /// Bytes of storage that hold a file's content, and a little more; 0 if none can. label_bytes: of a
-/// label page. The header tells
-/// blocks with labels and with free evidence, but not in how many of their layers: so it is a
-/// bound.
+/// label page. The header tells blocks with labels and with free evidence, but not in how many of
+/// their layers: so it is a bound.
 constexpr std::size_t storage_for(const MapFileContent& content, std::uint32_t octet_bytes,
                                   std::uint32_t label_bytes) noexcept {
   const auto bytes_of = [&](std::uint64_t label_pages, std::uint64_t free_pages) {

@@ -84,6 +84,43 @@ TEST_CASE("label votes: a full cell halves, and shares stay") {
   CHECK(votes_of_cell(votes, 1).at(3) == LabelVotes::kMostAdded);
 }
 
+TEST_CASE("label votes: added to each other they are the same, whichever is added to which") {
+  oracle::Random random(17);
+  for (int turn = 0; turn < 200; ++turn) {
+    std::array<LabelVotes, 2> votes;
+    for (LabelVotes& one : votes) {
+      for (int i = random.below(40); i > 0; --i)
+        one.add(static_cast<std::size_t>(random.below(4)),
+                static_cast<std::uint8_t>(1 + random.below(9)),
+                static_cast<std::uint32_t>(random.below(3000)));
+    }
+    std::array<LabelVotes, 2> sums = votes;
+    sums[0].add(votes[1]);
+    sums[1].add(votes[0]);
+    LabelVotes copy;
+    copy.add(votes[0]);
+    for (std::size_t cell = 0; cell < LabelVotes::kCells; ++cell) {
+      const auto sum = votes_of_cell(sums[0], cell);
+      REQUIRE(sum == votes_of_cell(sums[1], cell));
+      REQUIRE(votes_of_cell(copy, cell) == votes_of_cell(votes[0], cell));
+      std::uint32_t in_cell = 0;
+      for (const auto& [label, count] : sum) in_cell += count;
+      REQUIRE(in_cell <= LabelVotes::kMostOfCell);
+    }
+  }
+}
+
+TEST_CASE("label votes: two full cells of two classes count alike when they are added") {
+  LabelVotes a;
+  LabelVotes b;
+  for (int i = 0; i < 2; ++i) {
+    a.add(0, 1, LabelVotes::kMostAdded);
+    b.add(0, 2, LabelVotes::kMostAdded);
+  }
+  a.add(b);
+  CHECK(votes_of_cell(a, 0) == std::map<int, std::uint32_t>{{1, 4096}, {2, 4096}});
+}
+
 TEST_CASE("label votes: rounded to the nearest, and never more than an addition can be") {
   CHECK(LabelVotes::votes_of(0.0F) == 0);
   CHECK(LabelVotes::votes_of(0.49F) == 0);

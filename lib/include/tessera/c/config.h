@@ -33,7 +33,8 @@ typedef enum tessera_status {
 } tessera_status;
 
 /// Settings of enumerated kinds; fields are uint32_t, so that their size is the same everywhere.
-enum {  // mode; TESSERA_LATTICE needs a block_edge of 2
+enum {  // mode; TESSERA_LATTICE, the default, needs a block_edge of 2, and from voxels of 0.25 m on
+        // it is TESSERA_MULTI_ENTROPY
   TESSERA_COUNTING = 0,
   TESSERA_KERNEL = 1,
   TESSERA_MULTI_ENTROPY = 2,

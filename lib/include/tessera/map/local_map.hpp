@@ -149,7 +149,8 @@ class LocalMap : public BlockTable {
   void begin_votes(SlabHandle handle, std::size_t layer) noexcept;
   /// Label evidence came to an octet that is no scan's: where its layer's votes were begun, it
   /// votes.
-  void vote_as(SlabHandle handle, int octet, const VoxelEvidence& evidence) noexcept;
+  void vote_as(BlockEditor& editor, SlabHandle handle, int octet,
+               const VoxelEvidence& evidence) noexcept;
 
   std::array<VoxelState, 256> states_of_passes_{};  ///< Of a voxel with free evidence alone.
   bool only_labels_occupy_ = false;

@@ -39,10 +39,9 @@ std::uint32_t revision_of_stored(std::span<const std::byte> bytes) noexcept;
 
 /// Adds a block that save_block wrote to the map, opening it if it is not there: see
 /// LocalMap::merge; votes, where the map keeps them, are added (LabelVotes::add), and the block's
-/// revision is the later one. Fails with kResourceExhausted iff
-/// storage or index has no room for all of it: counted, map unchanged; kTruncated or kCorrupt iff
-/// the bytes are no such block: only bytes whose checksums fit can have changed the map. O(512 +
-/// observed voxels * C).
+/// revision is the later one. Fails with kResourceExhausted iff storage or index has no room for
+/// all of it: counted, map unchanged; kTruncated or kCorrupt iff the bytes are no such block: only
+/// bytes whose checksums fit can have changed the map. O(512 + observed voxels * C).
 MapFileStatus restore_block(std::span<const std::byte> bytes, LocalMap& map) noexcept;
 
 }  // namespace tessera

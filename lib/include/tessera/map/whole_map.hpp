@@ -15,10 +15,11 @@ struct BlockSource {
   Status (*add)(void* context, BlockKey key, LocalMap& into) = nullptr;
 };
 
-/// Blocks come together in a cache, a map of the same settings with room for one block at least
-/// (one_block_storage): save and digest are called with it instead of the map. The digest asks for
-/// each block 64 times, in eight passes through a layer of blocks and eight through each row along
-/// x: a cache with room for a row makes eight of them, one with room for a layer one.
+/// Blocks come together in a cache, a map of the same settings (LocalMap::config(): with votes
+/// where the map keeps them) with room for one block at least (one_block_storage): save and digest
+/// are called with it instead of the map. The digest asks for each block 64 times, in eight passes
+/// through a layer of blocks and eight through each row along x: a cache with room for a row makes
+/// eight of them, one with room for a layer one.
 class WholeMap {
  public:
   /// What first has of a block is added before what second has; either may be none. Clears the

@@ -41,8 +41,9 @@ struct LabelVotes {
   /// votes, among equals the higher, gives way: it loses as many, of this cell first, and the new
   /// class takes the place of one that has none left. O(kClasses kCells).
   void add(std::size_t cell, std::uint8_t label, std::uint32_t count) noexcept;
-  /// Adds all that another has, whose cells have at most kMostOfCell each: to none, exactly. As
-  /// add() cell by cell, the lowest class first. O(kClasses^2 kCells).
+  /// Adds all that another has, whose cells have at most kMostOfCell each; the same whichever is
+  /// added to which. The classes with most votes stay, among equals the lower, and a cell that has
+  /// too many halves all of them. O(kClasses^2 + kClasses kCells).
   void add(const LabelVotes& other) noexcept;
   /// Slots that have votes by ascending classes; how many. O(kClasses^2).
   std::size_t by_class(std::array<std::uint8_t, kClasses>& slots) const noexcept;
