@@ -219,6 +219,7 @@ void DiffusionBrick::for_runs(int margin, Visit&& visit) const noexcept {
 
 /// Z of the nodes at least margin from the border, from that of nodes reach nearer to it: eq. (15),
 /// or Z <- B + alpha P Z.
+// NOLINTNEXTLINE(readability-non-const-parameter): a run writes to it
 std::uint64_t DiffusionBrick::step(const float* from, float* to, int margin) noexcept {
   constexpr std::size_t kMostLanes = 16;
   std::uint64_t visited = 0;

@@ -22,11 +22,8 @@ template <class Vector>
 template <class Vector, std::size_t kCount>
 struct Sums {
   static constexpr std::size_t kLanes = sizeof(Vector) / sizeof(float);
-  Vector sums[kCount];  // NOLINT(cppcoreguidelines-avoid-c-arrays): for any width
+  Vector sums[kCount]{};  // NOLINT(cppcoreguidelines-avoid-c-arrays): for any width
 
-  [[gnu::always_inline]] void clear() noexcept {
-    for (std::size_t i = 0; i < kCount; ++i) sums[i] = Vector{};
-  }
   [[gnu::always_inline]] void add(const float* z, float weight) noexcept {
     for (std::size_t i = 0; i < kCount; ++i) {
       Vector there;
@@ -53,7 +50,6 @@ struct Sums {
 };
 template <class Vector>
 struct Sums<Vector, 0> {
-  [[gnu::always_inline]] void clear() noexcept {}
   [[gnu::always_inline]] void add(const float* /*z*/, float /*weight*/) noexcept {}
   [[gnu::always_inline]] void finish(const float* /*b*/, const float* /*own*/, float /*share*/,
                                      float* /*to*/) const noexcept {}
@@ -65,10 +61,8 @@ template <std::size_t kEights, std::size_t kFours>
   const float* const from = run.from + lane;
   for (std::size_t at = run.first; at < run.last; ++at) {
     const DiffusionNode& node = run.nodes[at];
-    Sums<Eight, kEights> wide;
-    Sums<Four, kFours> narrow;
-    wide.clear();
-    narrow.clear();
+    Sums<Eight, kEights> wide{};
+    Sums<Four, kFours> narrow{};
     const DiffusionEdge* const edges = run.edges + node.first_edge;
     for (std::uint32_t i = 0; i < node.edges; ++i) {
       const float* const z = from + edges[i].node * run.stride;

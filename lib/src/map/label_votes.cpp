@@ -50,34 +50,43 @@ std::size_t LabelVotes::by_class(std::array<std::uint8_t, kClasses>& slots) cons
   return found;
 }
 
-void LabelVotes::add(const LabelVotes& other) noexcept {
-  struct OfClass {
-    std::array<std::uint32_t, kCells> votes{};
+namespace {
+
+/// Of one class, of two layers.
+struct OfClass {
+  std::array<std::uint32_t, LabelVotes::kCells> votes{};
+  std::uint32_t total = 0;
+  std::uint8_t label = 0;
+};
+
+/// Adds the classes of a layer to those before count. Returns how many they are then.
+std::size_t join(const LabelVotes& from, std::span<OfClass> all, std::size_t count) noexcept {
+  for (std::size_t s = 0; s < LabelVotes::kClasses; ++s) {
     std::uint32_t total = 0;
-    std::uint8_t label = 0;
-  };
-  std::array<OfClass, 2 * kClasses> all{};
-  std::size_t count = 0;
-  for (const LabelVotes* const from : {static_cast<const LabelVotes*>(this), &other}) {
-    for (std::size_t s = 0; s < kClasses; ++s) {
-      if (from->total(s) == 0) continue;
-      std::size_t at = 0;
-      while (at < count && all[at].label != from->labels[s]) ++at;
-      count += at == count ? 1U : 0U;
-      all[at].label = from->labels[s];
-      all[at].total += from->total(s);
-      for (std::size_t cell = 0; cell < kCells; ++cell) all[at].votes[cell] += from->votes[s][cell];
-    }
+    for (const std::uint16_t votes : from.votes[s]) total += votes;
+    if (total == 0) continue;
+    std::size_t at = 0;
+    while (at < count && all[at].label != from.labels[s]) ++at;
+    count += at == count ? 1U : 0U;
+    all[at].label = from.labels[s];
+    all[at].total += total;
+    for (std::size_t cell = 0; cell < LabelVotes::kCells; ++cell)
+      all[at].votes[cell] += from.votes[s][cell];
   }
-  const auto sums = std::span(all).first(count);
-  const auto kept = sums.first(count < kClasses ? count : kClasses);
+  return count;
+}
+
+}  // namespace
+
+void LabelVotes::add(const LabelVotes& other) noexcept {
+  std::array<OfClass, 2 * kClasses> all{};
+  const auto sums = std::span(all).first(join(other, all, join(*this, all, 0)));
+  const auto kept = sums.first(std::min(sums.size(), kClasses));
   const auto is_before = [](const OfClass& a, const OfClass& b) {
     return a.total != b.total ? a.total > b.total : a.label < b.label;
   };
-  for (std::size_t i = 0; i < kept.size(); ++i)
-    std::iter_swap(
-        sums.begin() + static_cast<std::ptrdiff_t>(i),
-        std::min_element(sums.begin() + static_cast<std::ptrdiff_t>(i), sums.end(), is_before));
+  for (auto at = sums.begin(); at != sums.begin() + static_cast<std::ptrdiff_t>(kept.size()); ++at)
+    std::iter_swap(at, std::min_element(at, sums.end(), is_before));
   for (std::size_t cell = 0; cell < kCells; ++cell) {
     std::uint32_t in_cell = 0;
     for (const OfClass& of : kept) in_cell += of.votes[cell];

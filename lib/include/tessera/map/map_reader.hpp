@@ -126,7 +126,8 @@ class MapReader {
   /// Bytes of workspace that snapshot needs: 512, votes of the layers, and 64 octets.
   [[nodiscard]] static constexpr std::size_t snapshot_bytes(TuplePolicy tuple,
                                                             int num_components) noexcept {
-    return kSnapshotOctets + kBlockOctets * TupleStore::octet_bytes(tuple, num_components);
+    return kSnapshotOctets +
+           std::size_t{kBlockOctets} * TupleStore::octet_bytes(tuple, num_components);
   }
   /// Whatever a map keeps of a voxel.
   [[nodiscard]] static constexpr std::size_t most_snapshot_bytes(int num_components) noexcept {
