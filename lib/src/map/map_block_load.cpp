@@ -226,14 +226,14 @@ MapFileStatus detail::read_content(CheckedSource& source, std::span<std::byte, k
   if (!block.ok()) return failed(source, block.status(), "the map has no room for a block");
   if (map.block_at(*block).revision < head.revision) map.restore_revision(*block, head.revision);
   add_to_votes(map, *block, head, votes);
-  for (int octet = 0; octet < kBlockOctets; ++octet) {
+  MapFileStatus status;
+  for (int octet = 0; octet < kBlockOctets && status.ok(); ++octet) {
     const bool labelled = ((head.octets >> static_cast<unsigned>(octet)) & 1U) != 0;
-    if (!labelled && passes.empty()) continue;
-    const MapFileStatus status = load_octet(source, map, *block, octet, labelled, passes);
-    if (!status.ok()) return status;
+    if (labelled || !passes.empty())
+      status = load_octet(source, map, *block, octet, labelled, passes);
   }
-  set_votes(map, *block, head, votes);
-  return check(source, "a block's checksum does not match");
+  set_votes(map, *block, head, votes);  // also where it failed: those of before are among them
+  return status.ok() ? check(source, "a block's checksum does not match") : status;
 }
 
 MapFileStatus restore_block(std::span<const std::byte> bytes, LocalMap& map) noexcept {
