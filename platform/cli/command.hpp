@@ -23,6 +23,7 @@ void warn(const Message& message);
 
 void add_map_command(CLI::App& app, int& exit_status);
 void add_fuse_command(CLI::App& app, int& exit_status);
+void add_align_command(CLI::App& app, int& exit_status);
 void add_eval_command(CLI::App& app, int& exit_status);
 void add_fit_kernels_command(CLI::App& app, int& exit_status);
 void add_query_command(CLI::App& app, int& exit_status);

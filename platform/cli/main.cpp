@@ -55,6 +55,7 @@ int run(int argc, char** argv) {
   int exit_status = kExitDone;
   add_map_command(app, exit_status);
   add_fuse_command(app, exit_status);
+  add_align_command(app, exit_status);
   add_eval_command(app, exit_status);
   add_fit_kernels_command(app, exit_status);
   add_query_command(app, exit_status);

@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The transform between two maps of one place, from what both have seen: found without a guess, or
+// refused with a reason. docs/frames.md.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "tessera/frames/internal/overlap_check.hpp"
+#include "tessera/frames/internal/surface_fit.hpp"
+#include "tessera/frames/internal/yaw_search.hpp"
+#include "tessera/frames/map_sketch.hpp"
+
+namespace tessera {
+
+/// What became of a search.
+enum class FrameVerdict : std::uint8_t {
+  kFound = 0,
+  kTooLittle = 1,     ///< A map has too few surfaces that stand.
+  kNoneFits = 2,      ///< Nowhere do enough surfaces lie on each other.
+  kContradicted = 3,  ///< Where it fits best, surfaces of one map are in free space of the other.
+  kAmbiguous = 4,     ///< It fits elsewhere nearly as well.
+  kLoose = 5,         ///< The overlap does not hold it in some direction.
+  kOutOfReach = 6     ///< It fits best beyond the reach of the search.
+};
+
+/// One line for people; what to do about it is in docs/frames.md.
+[[nodiscard]] const char* to_string(FrameVerdict verdict) noexcept;
+
+struct FrameQuestion {
+  /// Roughly the transform; the search is about it.
+  Matrix34d T_a_b_guess = Matrix34d(Matrix34d::Identity());
+  /// How far from there the translation may be, along x and y each, and along z; metres. At most
+  /// YawSearch::kMostShifts / 2 columns along x and y.
+  double reach_m = 72.0;
+  double reach_z_m = 12.0;
+  /// How far the heading may be off, both ways; steps of two degrees, up to a half turn.
+  int yaw_steps = YawSearch::kYaws / 2;
+};
+
+struct FrameAnswer {
+  FrameVerdict verdict = FrameVerdict::kTooLittle;
+  Matrix34d T_a_b = Matrix34d(Matrix34d::Identity());  ///< The best, whatever the verdict.
+  /// Of a small motion about middle_a: translation along a's axes in m, then rotation in rad.
+  Matrix6 covariance{};
+  Point3d middle_a = Point3d::Zero();  ///< Of the overlap.
+  Agreement agreement;                 ///< There.
+  Agreement agreement_guess;           ///< Where the guess is.
+  double support = 0.0;                ///< Samples that agree, less kVeto times those that do not.
+  double support_second = 0.0;         ///< The same of the best other place.
+  double worst_sigma_m = 0.0;          ///< Of the translation, in the direction least held.
+  double worst_sigma_rad = 0.0;
+  std::uint32_t pairs = 0;  ///< Surfaces on surfaces.
+};
+
+class FrameFinder {
+ public:
+  /// What a sample that contradicts weighs against one that agrees: the ratio of the logarithms of
+  /// how much rarer (0.03 for 0.25) and how much more frequent (0.97 for 0.75) they are where a
+  /// frame is right.
+  static constexpr double kVeto = 8.0;
+  /// What is accepted; docs/measured/alignment.md has the figures from which.
+  static constexpr double kLeastSupport = 2'500.0;
+  static constexpr double kLeastShare = 0.93;
+  static constexpr double kMostSecond = 0.7;  ///< Of the support of the best.
+  static constexpr double kMostSigma_m = 0.1;
+  static constexpr double kMostSigma_rad = 0.0087;  ///< Half a degree.
+
+  [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
+    return 2 * MapSketch::required_bytes() + Columns::required_bytes() +
+           YawSearch::required_bytes() + arena_bytes<KeyedIndex>(MapSketch::kScratch);
+  }
+  /// Fails with kResourceExhausted iff the arena has too little memory or is not aligned.
+  [[nodiscard]] static Result<FrameFinder> make(Arena& arena) noexcept;
+  FrameFinder() noexcept = default;
+
+  /// Starts anew. The maps must stay as they are until step() has taken them in (taken_in()).
+  /// Fails with kInvalidArgument iff the guess is not rigid or a reach is not finite, negative or
+  /// too large; the search that was under way goes on then.
+  [[nodiscard]] Status begin(const LocalMap& a, const LocalMap& b,
+                             const FrameQuestion& question) noexcept;
+  /// The next piece of work: 16 blocks taken in, one heading tried, or one round of a fit. True iff
+  /// all is done. At most about 35 million additions of small numbers, or 2 million look-ups.
+  bool step() noexcept;
+  [[nodiscard]] bool taken_in() const noexcept { return phase_ > Phase::kTakeB; }
+  /// After the last step.
+  [[nodiscard]] const FrameAnswer& answer() const noexcept { return answer_; }
+  [[nodiscard]] const MapSketch& sketch_a() const noexcept { return a_; }
+  [[nodiscard]] const MapSketch& sketch_b() const noexcept { return b_; }
+  /// Steps of this search so far.
+  [[nodiscard]] std::uint32_t steps() const noexcept { return steps_; }
+
+ private:
+  enum class Phase : std::uint8_t { kTakeA, kTakeB, kColumns, kYaw, kRank, kFit, kPolish, kDone };
+  static constexpr std::size_t kFinalists = 4;
+  static constexpr std::uint32_t kRankedSurfaces = 512;
+  static constexpr std::uint32_t kFittedSurfaces = 2'048;
+  static constexpr std::uint32_t kCheckedSurfaces = 8'192;
+  static constexpr std::size_t kLeastFeatures = 24;
+  /// So many neighbouring surfaces err as one.
+  static constexpr double kPairsAsOne = 16.0;
+
+  struct Finalist {
+    Matrix34d T_a_b = Matrix34d(Matrix34d::Identity());
+    Agreement agreement;
+    double support = 0.0;
+  };
+
+  bool take(const LocalMap& map, MapSketch& sketch) noexcept;
+  void draw_columns() noexcept;
+  void try_heading() noexcept;
+  /// Where the middle of b is in a's levelled frame at a heading between these, if the translation
+  /// is that of the guess.
+  [[nodiscard]] Point3d middle_at(const std::array<double, 2>& heading) const noexcept;
+  void rank(const Candidate& candidate) noexcept;
+  void keep_finalist(const Finalist& finalist) noexcept;
+  void fit(Finalist& finalist) noexcept;
+  void polish() noexcept;
+  void judge(const SurfaceFit::Outcome& outcome) noexcept;
+  [[nodiscard]] FrameVerdict verdict(bool is_held, bool is_in_reach) const noexcept;
+  [[nodiscard]] double height_of(const Candidate& candidate) const noexcept;
+
+  MapSketch a_;
+  MapSketch b_;
+  Columns columns_;
+  YawSearch search_;
+  std::span<KeyedIndex> scratch_;
+  const LocalMap* map_a_ = nullptr;
+  const LocalMap* map_b_ = nullptr;
+  FrameQuestion question_;
+  FrameAnswer answer_;
+  Level level_a_;
+  Level level_b_;
+  std::array<Finalist, kFinalists> finalists_{};
+  std::size_t finalist_count_ = 0;
+  std::array<double, 2> heading_{1.0, 0.0};  ///< Cosine and sine of the guess, levelled.
+  SweepCursor cursor_{};
+  std::size_t entries_left_ = 0;
+  Phase phase_ = Phase::kDone;
+  int at_ = 0;
+  std::uint32_t steps_ = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/frames/frame_finder.hpp"
+
+#include <cmath>
+
+#include "tessera/base/rigid.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// So many entries of a map's index are looked at in a step, and blocks among them taken in.
+constexpr std::size_t kEntriesStep = 16;
+
+bool is_length(double value) noexcept { return value >= 0.0 && value <= 1000.0; }
+
+}  // namespace
+
+const char* to_string(FrameVerdict verdict) noexcept {
+  switch (verdict) {
+    case FrameVerdict::kFound:
+      return "found";
+    case FrameVerdict::kTooLittle:
+      return "a map has too little that stands upright to be recognised by";
+    case FrameVerdict::kNoneFits:
+      return "the maps have too much nowhere in common";
+    case FrameVerdict::kContradicted:
+      return "where the maps fit best, surfaces of one are in free space of the other";
+    case FrameVerdict::kAmbiguous:
+      return "the maps fit at another place nearly as well";
+    case FrameVerdict::kLoose:
+      return "what the maps have in common does not hold them in every direction";
+    case FrameVerdict::kOutOfReach:
+      return "the maps fit best beyond the reach of the search";
+  }
+  return "invalid";
+}
+
+Result<FrameFinder> FrameFinder::make(Arena& arena) noexcept {
+  if (!arena.aligned() || arena.remaining_bytes() < required_bytes())
+    return Status::kResourceExhausted;
+  FrameFinder result;
+  result.a_ = *MapSketch::make(arena);
+  result.b_ = *MapSketch::make(arena);
+  result.columns_ = *Columns::make(arena);
+  result.search_ = *YawSearch::make(arena);
+  result.scratch_ = arena.take<KeyedIndex>(MapSketch::kScratch);
+  return result;
+}
+
+Status FrameFinder::begin(const LocalMap& a, const LocalMap& b,
+                          const FrameQuestion& question) noexcept {
+  const bool is_valid = check_rigid(question.T_a_b_guess) == Status::kOk &&
+                        is_length(question.reach_m) && is_length(question.reach_z_m) &&
+                        question.yaw_steps >= 0;
+  if (!is_valid) return Status::kInvalidArgument;
+  map_a_ = &a;
+  map_b_ = &b;
+  question_ = question;
+  answer_ = {};
+  answer_.T_a_b = question.T_a_b_guess;
+  finalist_count_ = 0;
+  steps_ = 0;
+  a_.begin(a.lattice().resolution_m());
+  b_.begin(b.lattice().resolution_m());
+  cursor_ = {};
+  entries_left_ = a.index().slots();
+  phase_ = Phase::kTakeA;
+  return Status::kOk;
+}
+
+bool FrameFinder::take(const LocalMap& map, MapSketch& sketch) noexcept {
+  const std::size_t wanted = entries_left_ < kEntriesStep ? entries_left_ : kEntriesStep;
+  const std::size_t looked = map.visit_blocks(cursor_, wanted, [&](BlockKey, SlabHandle handle) {
+    sketch.add(map, handle);
+    return true;
+  });
+  entries_left_ = looked < entries_left_ && looked != 0 ? entries_left_ - looked : 0;
+  return entries_left_ == 0;
+}
+
+bool FrameFinder::step() noexcept {
+  if (phase_ != Phase::kDone) ++steps_;
+  switch (phase_) {
+    case Phase::kTakeA:
+      if (!take(*map_a_, a_)) break;
+      a_.finish(scratch_);
+      cursor_ = {};
+      entries_left_ = map_b_->index().slots();
+      phase_ = Phase::kTakeB;
+      break;
+    case Phase::kTakeB:
+      if (!take(*map_b_, b_)) break;
+      b_.finish(scratch_);
+      phase_ = Phase::kColumns;
+      break;
+    case Phase::kColumns:
+      draw_columns();
+      break;
+    case Phase::kYaw:
+      try_heading();
+      break;
+    case Phase::kRank:
+      if (static_cast<std::size_t>(at_) < search_.candidates().size()) {
+        rank(search_.candidates()[static_cast<std::size_t>(at_++)]);
+        break;
+      }
+      at_ = 0;
+      phase_ = Phase::kFit;
+      break;
+    case Phase::kFit:
+      if (static_cast<std::size_t>(at_) < finalist_count_) {
+        fit(finalists_[static_cast<std::size_t>(at_++)]);
+        break;
+      }
+      at_ = 0;
+      phase_ = Phase::kPolish;
+      break;
+    case Phase::kPolish:
+      polish();
+      break;
+    case Phase::kDone:
+      break;
+  }
+  return phase_ == Phase::kDone;
+}
+
+void FrameFinder::draw_columns() noexcept {
+  level_a_ = level_of(a_);
+  level_b_ = level_of(b_);
+  columns_.draw(b_, level_b_);
+  search_.take_moved(columns_);
+  columns_.draw(a_, level_a_);
+  search_.take_fixed(columns_, question_.reach_m);
+  answer_.agreement_guess = check_overlap(a_, b_, question_.T_a_b_guess, kCheckedSurfaces);
+  // The heading of the guess between the levelled frames.
+  const Matrix34d T =
+      product(product(level_a_.transform(), question_.T_a_b_guess), inverse(level_b_.transform()));
+  const double length = std::sqrt(T(0, 0) * T(0, 0) + T(1, 0) * T(1, 0));
+  heading_ = length > 0.0 ? std::array<double, 2>{T(0, 0) / length, T(1, 0) / length}
+                          : std::array<double, 2>{1.0, 0.0};
+  at_ = 0;
+  phase_ = search_.feature_count() < kLeastFeatures ? Phase::kDone : Phase::kYaw;
+}
+
+void FrameFinder::try_heading() noexcept {
+  // 0, 1, -1, 2, -2 ... so that a step is tried once.
+  const int most =
+      question_.yaw_steps < YawSearch::kYaws / 2 ? question_.yaw_steps : YawSearch::kYaws / 2;
+  const int count = 2 * most + 1 < YawSearch::kYaws ? 2 * most + 1 : YawSearch::kYaws;
+  const int turn = at_ % 2 == 1 ? (at_ + 1) / 2 : -(at_ / 2);
+  const int step = (turn + YawSearch::kYaws) % YawSearch::kYaws;
+  const std::array<double, 2> by = YawSearch::direction(step);
+  const std::array<double, 2> heading{heading_[0] * by[0] - heading_[1] * by[1],
+                                      heading_[1] * by[0] + heading_[0] * by[1]};
+  const Point3d middle = middle_at(heading);
+  search_.try_heading({heading[0], heading[1], middle.x(), middle.y(), step, 0});
+  if (++at_ < count) return;
+  at_ = 0;
+  phase_ = Phase::kRank;
+}
+
+}  // namespace tessera

@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// From candidates to an answer: they are placed in height, fitted, compared and judged.
+#include <cmath>
+
+#include "tessera/base/rigid.hpp"
+#include "tessera/frames/frame_finder.hpp"
+
+namespace tessera {
+
+namespace {
+
+double support_of(const Agreement& agreement) noexcept {
+  return static_cast<double>(agreement.agreed) -
+         FrameFinder::kVeto * static_cast<double>(agreement.contradicted);
+}
+
+Matrix34d turned(const std::array<double, 2>& heading, const Point3d& t) noexcept {
+  Matrix34d T;
+  T << heading[0], -heading[1], 0.0, t.x(), heading[1], heading[0], 0.0, t.y(), 0.0, 0.0, 1.0,
+      t.z();
+  return T;
+}
+
+/// Whether two transforms put a point over 1 m apart, or differ by over 3 degrees.
+bool is_elsewhere(const Matrix34d& one, const Matrix34d& other, const Point3d& p_b) noexcept {
+  constexpr double kApart_m = 1.0;
+  constexpr double kCos3 = 0.99863;
+  if (norm(Point3d(apply(one, p_b) - apply(other, p_b))) > kApart_m) return true;
+  const Matrix34d between = product(inverse(one), other);
+  return (between(0, 0) + between(1, 1) + between(2, 2) - 1.0) / 2.0 < kCos3;
+}
+
+/// Rounds of a fit: from far to near.
+struct Round {
+  double reach_cells;
+  double floor_m;
+};
+constexpr std::array<Round, 8> kRankRounds{{{1.5, 0.3},
+                                            {1.5, 0.3},
+                                            {1.5, 0.3},
+                                            {1.5, 0.3},
+                                            {1.5, 0.15},
+                                            {1.5, 0.15},
+                                            {1.5, 0.15},
+                                            {1.5, 0.15}}};
+constexpr std::array<Round, 8> kFitRounds{{{1.2, 0.1},
+                                           {1.2, 0.1},
+                                           {1.2, 0.1},
+                                           {1.2, 0.1},
+                                           {0.8, 0.05},
+                                           {0.8, 0.05},
+                                           {0.8, 0.05},
+                                           {0.8, 0.05}}};
+constexpr int kPolishRounds = 6;
+constexpr Round kPolishRound{0.8, 0.04};
+
+}  // namespace
+
+Point3d FrameFinder::middle_at(const std::array<double, 2>& heading) const noexcept {
+  const Matrix34d turn = turned(heading, Point3d::Zero());
+  const Matrix3& A = level_a_.R;
+  const Matrix34d back = [&] {
+    Matrix34d T;
+    T << A[0], A[3], A[6], 0.0, A[1], A[4], A[7], 0.0, A[2], A[5], A[8], 0.0;
+    return T;
+  }();
+  const Matrix3& B = level_b_.R;
+  Matrix34d to_level;
+  to_level << B[0], B[1], B[2], 0.0, B[3], B[4], B[5], 0.0, B[6], B[7], B[8], 0.0;
+  const Matrix34d R = product(product(back, turn), to_level);
+  const Matrix34d& guess = question_.T_a_b_guess;
+  const Point3d t{guess(0, 3), guess(1, 3), guess(2, 3)};
+  return level_a_.to_level(Point3d(apply(R, level_b_.origin_map) + t));
+}
+
+double FrameFinder::height_of(const Candidate& candidate) const noexcept {
+  constexpr double kBin_m = 0.2;
+  constexpr int kBins = 160;
+  std::array<std::uint32_t, kBins> bins{};
+  const double around_m = middle_at({candidate.cosine, candidate.sine}).z();
+  for (std::uint32_t i = 0; i < b_.surface_count(); ++i) {
+    const MapSketch::Surface& surface = b_.surface(i);
+    if (surface.kind != MapSketch::Kind::kFlat) continue;
+    const Point3d p = level_b_.to_level(b_.center_of(surface));
+    const int x = columns_.place(candidate.cosine * p.x() - candidate.sine * p.y() + candidate.x_m);
+    const int y = columns_.place(candidate.sine * p.x() + candidate.cosine * p.y() + candidate.y_m);
+    if (x < 0 || y < 0 || x >= Columns::kEdge || y >= Columns::kEdge ||
+        (columns_.marks(x, y) & ColumnMarks::kSeen) == 0)
+      continue;
+    const double z_m = columns_.lowest_m(x, y) - p.z() - around_m;
+    if (z_m > question_.reach_z_m + 1.0 || z_m < -question_.reach_z_m - 1.0) continue;
+    const int bin = floor_to_int(z_m / kBin_m) + kBins / 2;
+    if (bin >= 0 && bin < kBins) ++bins[static_cast<std::size_t>(bin)];
+  }
+  std::size_t best = kBins / 2;
+  std::uint32_t most = 0;
+  for (std::size_t i = 1; i + 1 < kBins; ++i) {
+    const std::uint32_t count = bins[i - 1] + 2 * bins[i] + bins[i + 1];
+    if (count <= most) continue;
+    most = count;
+    best = i;
+  }
+  return around_m + (static_cast<double>(best) - kBins / 2.0 + 0.5) * kBin_m;
+}
+
+void FrameFinder::rank(const Candidate& candidate) noexcept {
+  const Matrix34d between = turned({candidate.cosine, candidate.sine},
+                                   {candidate.x_m, candidate.y_m, height_of(candidate)});
+  Finalist finalist;
+  finalist.T_a_b = product(product(inverse(level_a_.transform()), between), level_b_.transform());
+  Point3d pivot_a = apply(finalist.T_a_b, level_b_.origin_map);
+  for (const Round& round : kRankRounds) {
+    const SurfaceFit fit{round.reach_cells, round.floor_m, kRankedSurfaces};
+    const SurfaceFit::Outcome outcome = fit.step(a_, b_, finalist.T_a_b, pivot_a);
+    if (!outcome.solved) return;
+    finalist.T_a_b = outcome.T_a_b;
+    pivot_a = outcome.middle_a;
+  }
+  finalist.agreement = check_overlap(a_, b_, finalist.T_a_b, kRankedSurfaces);
+  finalist.support = support_of(finalist.agreement);
+  keep_finalist(finalist);
+}
+
+void FrameFinder::keep_finalist(const Finalist& finalist) noexcept {
+  // Of those at one place the best stays.
+  for (std::size_t i = 0; i < finalist_count_; ++i) {
+    if (is_elsewhere(finalists_[i].T_a_b, finalist.T_a_b, level_b_.origin_map)) continue;
+    if (finalists_[i].support >= finalist.support) return;
+    for (std::size_t k = i + 1; k < finalist_count_; ++k) finalists_[k - 1] = finalists_[k];
+    --finalist_count_;
+    break;
+  }
+  if (finalist_count_ == kFinalists) {
+    if (finalists_.back().support >= finalist.support) return;
+    --finalist_count_;
+  }
+  std::size_t place = finalist_count_++;
+  while (place > 0 && finalists_[place - 1].support < finalist.support) {
+    finalists_[place] = finalists_[place - 1];
+    --place;
+  }
+  finalists_[place] = finalist;
+}
+
+void FrameFinder::fit(Finalist& finalist) noexcept {
+  Point3d pivot_a = apply(finalist.T_a_b, level_b_.origin_map);
+  for (const Round& round : kFitRounds) {
+    const SurfaceFit fit{round.reach_cells, round.floor_m, kFittedSurfaces};
+    const SurfaceFit::Outcome outcome = fit.step(a_, b_, finalist.T_a_b, pivot_a);
+    if (!outcome.solved) break;
+    finalist.T_a_b = outcome.T_a_b;
+    pivot_a = outcome.middle_a;
+  }
+  finalist.agreement = check_overlap(a_, b_, finalist.T_a_b, kCheckedSurfaces);
+  finalist.support = support_of(finalist.agreement);
+}
+
+void FrameFinder::polish() noexcept {
+  phase_ = Phase::kDone;
+  if (finalist_count_ == 0) {
+    answer_.verdict = FrameVerdict::kNoneFits;
+    return;
+  }
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < finalist_count_; ++i) {
+    if (finalists_[i].support > finalists_[best].support) best = i;
+  }
+  answer_.T_a_b = finalists_[best].T_a_b;
+  Point3d pivot_a = apply(answer_.T_a_b, level_b_.origin_map);
+  SurfaceFit::Outcome outcome;
+  for (int i = 0; i < kPolishRounds; ++i) {
+    const SurfaceFit fit{kPolishRound.reach_cells, kPolishRound.floor_m, kCheckedSurfaces};
+    outcome = fit.step(a_, b_, answer_.T_a_b, pivot_a);
+    if (!outcome.solved) break;
+    answer_.T_a_b = outcome.T_a_b;
+    pivot_a = outcome.middle_a;
+  }
+  answer_.middle_a = outcome.pivot_a;
+  answer_.pairs = outcome.pairs;
+  answer_.agreement = check_overlap(a_, b_, answer_.T_a_b, kCheckedSurfaces);
+  answer_.support = support_of(answer_.agreement);
+  for (std::size_t i = 0; i < finalist_count_; ++i) {
+    if (i == best || !is_elsewhere(answer_.T_a_b, finalists_[i].T_a_b, level_b_.origin_map))
+      continue;
+    if (finalists_[i].support > answer_.support_second)
+      answer_.support_second = finalists_[i].support;
+  }
+  judge(outcome);
+}
+
+void FrameFinder::judge(const SurfaceFit::Outcome& outcome) noexcept {
+  Matrix6 covariance{};
+  const bool is_held = outcome.pairs >= 6 && invert(outcome.information, covariance);
+  if (is_held) {
+    // Surfaces beside each other err together, and the squares tell by how much they err.
+    const double of_square = outcome.weight > 0.0 ? outcome.squares / outcome.weight : 1.0;
+    const double factor = kPairsAsOne * (of_square > 1.0 ? of_square : 1.0);
+    for (double& entry : covariance) entry *= factor;
+    answer_.covariance = covariance;
+    const Matrix6& C = covariance;
+    answer_.worst_sigma_m = std::sqrt(eigen_of({C[0], C[1], C[2], C[7], C[8], C[14]}).values[2]);
+    answer_.worst_sigma_rad =
+        std::sqrt(eigen_of({C[21], C[22], C[23], C[28], C[29], C[35]}).values[2]);
+  }
+  const Matrix34d& T = answer_.T_a_b;
+  const Matrix34d& guess = question_.T_a_b_guess;
+  const auto is_within = [&](int axis, double reach_m) {
+    const double off = T(axis, 3) - guess(axis, 3);
+    return off <= reach_m && off >= -reach_m;
+  };
+  const double reach_m = question_.reach_m + columns_.width_m();
+  const bool is_in_reach =
+      is_within(0, reach_m) && is_within(1, reach_m) && is_within(2, question_.reach_z_m + 1.0);
+  answer_.verdict = verdict(is_held, is_in_reach);
+}
+
+FrameVerdict FrameFinder::verdict(bool is_held, bool is_in_reach) const noexcept {
+  const auto agreed = static_cast<double>(answer_.agreement.agreed);
+  if (agreed < kLeastSupport) return FrameVerdict::kNoneFits;
+  if (answer_.support < kLeastSupport || answer_.agreement.share() < kLeastShare)
+    return FrameVerdict::kContradicted;
+  if (answer_.support_second > kMostSecond * answer_.support) return FrameVerdict::kAmbiguous;
+  if (!is_held || answer_.worst_sigma_m > kMostSigma_m || answer_.worst_sigma_rad > kMostSigma_rad)
+    return FrameVerdict::kLoose;
+  return is_in_reach ? FrameVerdict::kFound : FrameVerdict::kOutOfReach;
+}
+
+}  // namespace tessera

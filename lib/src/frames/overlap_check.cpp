@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/frames/internal/overlap_check.hpp"
+
+#include <bit>
+
+#include "tessera/base/rigid.hpp"
+
+namespace tessera {
+
+namespace {
+
+constexpr int kEdge = MapSketch::kPartsEdge;
+
+/// Looks up parts of a sketch; those of one cell one after the other cost one look-up.
+class PartReader {
+ public:
+  explicit PartReader(const MapSketch& sketch) noexcept : sketch_(sketch) {}
+
+  enum class State : std::uint8_t { kUnknown, kFree, kOccupied };
+  [[nodiscard]] State state(VoxelCoord part) noexcept {
+    const VoxelCoord cell{part.x >> 2, part.y >> 2, part.z >> 2};
+    if (!(cell == cell_) || !any_) {
+      cell_ = cell;
+      any_ = true;
+      parts_ = sketch_.parts(cell);
+    }
+    const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(
+                                  (part.x & 3) + kEdge * ((part.y & 3) + kEdge * (part.z & 3)));
+    if ((parts_.occupied & bit) != 0) return State::kOccupied;
+    return (parts_.free & bit) != 0 ? State::kFree : State::kUnknown;
+  }
+
+ private:
+  const MapSketch& sketch_;
+  VoxelCoord cell_{};
+  MapSketch::Parts parts_{};
+  bool any_ = false;
+};
+
+/// Whether a part that is known, or one beside it, is occupied.
+PartReader::State state_about(PartReader& reader, VoxelCoord part) noexcept {
+  const PartReader::State here = reader.state(part);
+  if (here == PartReader::State::kOccupied) return here;
+  for (const BlockCoord& step : kFaceSteps) {
+    const VoxelCoord beside{part.x + step.x, part.y + step.y, part.z + step.z};
+    if (reader.state(beside) == PartReader::State::kOccupied) return PartReader::State::kOccupied;
+  }
+  return here;
+}
+
+void count_surface(const MapSketch& from, const MapSketch::Surface& surface, const Matrix34d& T,
+                   const MapSketch& to, PartReader& reader, Agreement& sums) noexcept {
+  const VoxelCoord cell = MapSketch::cell_of(surface.key);
+  const double part_m = from.part_m();
+  constexpr int kOneIn = 4;
+  int place = static_cast<int>(surface.key & 3U);
+  for (std::uint64_t rest = surface.occupied; rest != 0; rest &= rest - 1) {
+    if (place++ % kOneIn != 0) continue;
+    const int bit = std::countr_zero(rest);
+    const Point3d center{(cell.x * kEdge + bit % kEdge + 0.5) * part_m,
+                         (cell.y * kEdge + bit / kEdge % kEdge + 0.5) * part_m,
+                         (cell.z * kEdge + bit / (kEdge * kEdge) + 0.5) * part_m};
+    const Point3d p = apply(T, center);
+    const double to_m = to.part_m();
+    const PartReader::State state = state_about(
+        reader,
+        {floor_to_int(p.x() / to_m), floor_to_int(p.y() / to_m), floor_to_int(p.z() / to_m)});
+    const bool is_flat = surface.kind == MapSketch::Kind::kFlat;
+    if (state == PartReader::State::kOccupied) {
+      ++(is_flat ? sums.flat_agreed : sums.agreed);
+    } else if (state == PartReader::State::kFree) {
+      ++(is_flat ? sums.flat_contradicted : sums.contradicted);
+    } else if (!is_flat) {
+      ++sums.unseen;
+    }
+  }
+  if (surface.label == 0) return;
+  const Point3d p = apply(T, from.center_of(surface));
+  const MapSketch::Surface* const other =
+      to.find_surface({floor_to_int(p.x() / to.cell_m()), floor_to_int(p.y() / to.cell_m()),
+                       floor_to_int(p.z() / to.cell_m())});
+  if (other == nullptr || other->label == 0) return;
+  ++sums.labelled;
+  sums.same_label += other->label == surface.label ? 1U : 0U;
+}
+
+void count_all(const MapSketch& from, const Matrix34d& T_to_from, const MapSketch& to,
+               std::uint32_t most_surfaces, Agreement& sums) noexcept {
+  const std::uint32_t stride = from.surface_count() / most_surfaces + 1;
+  PartReader reader(to);
+  for (std::uint32_t i = 0; i < from.surface_count(); i += stride)
+    count_surface(from, from.surface(i), T_to_from, to, reader, sums);
+}
+
+}  // namespace
+
+Agreement check_overlap(const MapSketch& a, const MapSketch& b, const Matrix34d& T_a_b,
+                        std::uint32_t most_surfaces) noexcept {
+  Agreement sums;
+  count_all(b, T_a_b, a, most_surfaces, sums);
+  count_all(a, inverse(T_a_b), b, most_surfaces, sums);
+  return sums;
+}
+
+}  // namespace tessera

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Finds the transform between two maps in memory, and says what was found.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/arena_memory.hpp"
+#include "base/json.hpp"
+#include "base/outcome.hpp"
+#include "tessera/frames/frame_finder.hpp"
+
+namespace tessera {
+
+/// A search is much narrower where there is a guess; metres, and steps of two degrees.
+struct SearchReach {
+  double xy_m = 0.0;
+  double z_m = 0.0;
+  int yaw_steps = 0;
+};
+inline constexpr SearchReach kAnywhere{72.0, 12.0, YawSearch::kYaws / 2};
+inline constexpr SearchReach kNearGuess{10.0, 3.0, 10};
+
+class FrameRun {
+ public:
+  /// Allocates the memory. Fails with kFailure iff the system does not give it.
+  static Outcome<std::unique_ptr<FrameRun>> prepare();
+  FrameRun(const FrameRun&) = delete;
+  FrameRun& operator=(const FrameRun&) = delete;
+  FrameRun(FrameRun&&) = delete;
+  FrameRun& operator=(FrameRun&&) = delete;
+  ~FrameRun() = default;
+
+  /// Called with the steps so far.
+  using StepsDone = std::function<void(std::uint32_t steps)>;
+  /// Searches, without the heap. A function of the maps' contents and the question. Fails with
+  /// kUsage iff the guess is not rigid or the reach is not one.
+  Outcome<FrameAnswer> find(const LocalMap& a, const LocalMap& b, const FrameQuestion& question,
+                            const StepsDone& done = {});
+  [[nodiscard]] const FrameFinder& finder() const noexcept { return finder_; }
+
+ private:
+  FrameRun() = default;
+
+  ArenaMemory memory_;
+  FrameFinder finder_;
+};
+
+[[nodiscard]] FrameQuestion question_of(const std::optional<Matrix34d>& guess) noexcept;
+
+/// "moved by 1.2, 0.3, 0 m, turned by 22.5 degrees".
+[[nodiscard]] std::string motion_text(const Matrix34d& T);
+/// The angle of a rotation, degrees, 0 .. 180.
+[[nodiscard]] double angle_deg(const Matrix34d& T);
+/// Keys transform, covariance, agreement, agreement_before, accepted, reason and what they rest on.
+[[nodiscard]] Json to_json(const FrameAnswer& answer);
+/// Fails with kFailure, and the reason, iff no frame was found.
+Outcome<void> check_found(const FrameAnswer& answer, const std::string& a, const std::string& b);
+
+}  // namespace tessera
