@@ -159,6 +159,7 @@ Json calibration_of(const LocalMap& map) {
   json["gain"] = Reading::kGain;
   json["correlation"] = Reading::kCorrelation;
   json["prior_weight"] = Reading::kPriorWeight;
+  json["around"] = reading.around();
   json["worth"] = Json::object();
   for (int label = 1; label <= map.classes().num_classes(); ++label)
     json["worth"][std::string(map.classes()[label].name_view())] = reading.worth(label);

@@ -12,15 +12,15 @@ def probability(count, evidence):
     return (PRIOR + count) / (COMPONENTS * PRIOR + evidence)
 
 
-def effective_number(sigma):
-    """Of independent observations, at 0.1 m: docs/design/theory.md, Probabilities."""
-    d = sum(sigma) ** 0.75
+def effective_number(sigma, around):
+    """Of independent observations, at 0.1 m: docs/design/theory.md, Probabilities. around: 0.9 in a map with votes, else 0."""
+    d = (sum(sigma) + around) ** 0.75
     return 4.2 * d / (1 + 0.28 * d)
 
 
-def effective_probability(label, sigma, worth):
+def effective_probability(label, sigma, worth, around):
     """Of counts that have no rest. worth: of each component."""
-    each = effective_number(sigma) / sum(sigma)
+    each = effective_number(sigma, around) / sum(sigma)
     weights = [78 * PRIOR + (1 + each * h * count / 8) ** 8 - 1 for h, count in zip(worth, sigma, strict=True)]
     return weights[label] / sum(weights)
 

@@ -59,15 +59,17 @@ class Query(CommandCase):
     def test_probabilities_of_a_map_of_kernels(self):
         """Road and pole beside each other; the map comes from its file."""
         data = kitti.write_dataset(self.folder / "data", [kitti.Scan([(2.05, 0.05, 0.05), (2.15, 0.05, 0.05)], [kitti.ROAD, kitti.POLE])])
-        _, report = self.map_dataset(data, self.map_file, "--counts", "dense")
-        worth = [1.0, *report["calibration"]["worth"].values(), 0.75]
-        _, rows = self.query_rows(self.map_file, "x,y,z\n2.05,0.05,0.05\n2.15,0.05,0.05\n")
-        for row in rows:
-            sigma = [float(row[f"sigma_{i}"]) for i in range(COMPONENTS)]
-            p = effective_probability(int(row["label"]), sigma, worth)
-            self.assertAlmostEqual(p, float(row["probability"]), places=6)
-            self.assertAlmostEqual(variance(p, effective_number(sigma)), float(row["variance"]), places=6)
-            self.assertNotAlmostEqual(probability(max(sigma), sum(sigma)), p, places=2)
+        for mode, around in (("lattice", 0.9), ("multi-entropy", 0.0)):
+            _, report = self.map_dataset(data, self.map_file, "--counts", "dense", "--inference", mode)
+            self.assertEqual(around, report["calibration"]["around"])
+            worth = [1.0, *report["calibration"]["worth"].values(), 0.75]
+            _, rows = self.query_rows(self.map_file, "x,y,z\n2.05,0.05,0.05\n2.15,0.05,0.05\n")
+            for row in rows:
+                sigma = [float(row[f"sigma_{i}"]) for i in range(COMPONENTS)]
+                p = effective_probability(int(row["label"]), sigma, worth, around)
+                self.assertAlmostEqual(p, float(row["probability"]), places=6)
+                self.assertAlmostEqual(variance(p, effective_number(sigma, around)), float(row["variance"]), places=6)
+                self.assertNotAlmostEqual(probability(max(sigma), sum(sigma)), p, places=2)
 
     def test_says_how_probabilities_come_about(self):
         data = kitti.write_dataset(self.folder / "data", [kitti.Scan([(2.05, 0.05, 0.05)], [kitti.ROAD])])

@@ -43,7 +43,8 @@ Status BlockTable::set_up(Arena& arena, const MapConfig& config,
     return Status::kResourceExhausted;
   }
   config_ = config;
-  reading_ = Reading(config.probabilities, config.prior, config.resolution_m, classes);
+  reading_ =
+      Reading(config.probabilities, config.prior, config.resolution_m, classes, config.label_votes);
   classes_ = classes;
   const Result<BlockIndex> index = BlockIndex::make(arena, max_blocks(config), config.hash_seed);
   if (!index.ok()) return index.status();

@@ -128,6 +128,7 @@ TEST_CASE("stored votes: a map file has them, and its header says so") {
   const StoredBytes file = stored(there.map);
   const std::unique_ptr<LoadedMap> here = loaded(file);
   CHECK(here->map.keeps_votes());
+  CHECK(here->map.reading().around() == Reading::kAround);
   CHECK(votes_in(here->map, 0) == votes_in(there.map, 0));
   CHECK(stored(here->map) == file);
   const StoredBytes unannounced =
@@ -141,6 +142,7 @@ TEST_CASE("stored votes: a map that keeps none writes the file of one that was n
   REQUIRE(hit(small.map, {0, 0, 0}, 1, 2.0F) == Status::kOk);
   const std::unique_ptr<LoadedMap> here = loaded(stored(small.map));
   CHECK_FALSE(here->map.keeps_votes());
+  CHECK(here->map.reading().around() == 0.0);
 }
 
 TEST_CASE("stored votes: what no map can have is refused, and changes nothing") {

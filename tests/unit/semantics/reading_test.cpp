@@ -28,8 +28,8 @@ VoxelEvidence counts(const std::vector<float>& sigma, float rest = 0.0F) {
   return evidence;
 }
 
-Reading reading(double resolution_m = 0.1, double prior = 0.001) {
-  return {Probabilities::kEffective, prior, resolution_m, street()};
+Reading reading(double resolution_m = 0.1, double prior = 0.001, bool label_votes = false) {
+  return {Probabilities::kEffective, prior, resolution_m, street(), label_votes};
 }
 
 /// N of docs/design/theory.md, Probabilities.
@@ -39,10 +39,11 @@ double effective_number(double total, double resolution_m) {
 }
 
 /// The probabilities; the last one is of the rest.
-std::vector<double> by_hand(const VoxelEvidence& evidence, double resolution_m, double prior) {
+std::vector<double> by_hand(const VoxelEvidence& evidence, double resolution_m, double prior,
+                            double around) {
   constexpr double kWorth[] = {1.0, 1.0, 0.75, 0.375, 0.125, 0.125};
   const double total = evidence.total();
-  const double n = effective_number(total, resolution_m);
+  const double n = effective_number(total + around, resolution_m);
   std::vector<double> weights;
   double sum = 0.0;
   for (std::size_t l = 0; l < 6; ++l) {
@@ -56,14 +57,16 @@ std::vector<double> by_hand(const VoxelEvidence& evidence, double resolution_m, 
 }
 
 TEST_CASE("Reading: probabilities are those of the formula, and sum to one") {
+  const bool label_votes = GENERATE(false, true);
+  const double around = label_votes ? 0.9 : 0.0;
   for (const double resolution_m : {0.05, 0.1, 0.2, 1.0}) {
     for (const double prior : {0.0001, 0.001, 1.0}) {
       for (const VoxelEvidence& evidence :
            {counts({0.0F, 3.0F, 1.0F, 0.5F, 0.0F}), counts({0.4F, 0.0F, 2.5F, 2.0F, 1.0F}, 0.25F),
             counts({0.0F, 0.0F, 0.0F, 100.0F, 0.0F}), counts({0.0F, 0x1p-12F, 0.0F, 0.0F, 0.0F}),
             counts({0.8F, 30.0F, 60.0F, 5.0F, 4.0F}, 0.5F)}) {
-        const Reading how = reading(resolution_m, prior);
-        const std::vector<double> expected = by_hand(evidence, resolution_m, prior);
+        const Reading how = reading(resolution_m, prior, label_votes);
+        const std::vector<double> expected = by_hand(evidence, resolution_m, prior, around);
         std::vector<double> found(5);
         summary_of(evidence).distribution(how, found);
         double sum = expected[5];
@@ -74,12 +77,31 @@ TEST_CASE("Reading: probabilities are those of the formula, and sum to one") {
         CHECK(sum == Approx(1.0));
         const Estimate e = estimate(evidence, how);
         CHECK(e.probability == Approx(expected[static_cast<std::size_t>(e.label)]).epsilon(1e-9));
-        const double n = effective_number(evidence.total(), resolution_m);
+        const double n = effective_number(evidence.total() + around, resolution_m);
         CHECK(e.variance ==
               Approx(e.probability * (1.0 - e.probability) / (n + 5.0 * prior + 1.0)));
       }
     }
   }
+}
+
+TEST_CASE("Reading: where labels follow votes, a label of few counts is more probable") {
+  CHECK(Reading().around() == 0.0);
+  CHECK(reading().around() == 0.0);
+  const Reading votes = reading(0.1, 0.001, true);
+  CHECK(votes.around() == Reading::kAround);
+  const VoxelEvidence few = counts({0, 0.05F, 0.01F, 0, 0});
+  CHECK(estimate(few, votes).probability > 1.5 * estimate(few, reading()).probability);
+  const VoxelEvidence many = counts({0, 50, 10, 0, 0});
+  CHECK(estimate(many, votes).probability ==
+        Approx(estimate(many, reading()).probability).epsilon(0.01));
+  // Of free space nothing was said around.
+  const VoxelEvidence free = counts({0.4F, 0, 0, 0, 0});
+  std::vector<double> with(5);
+  std::vector<double> without(5);
+  summary_of(free).distribution(votes, with);
+  summary_of(free).distribution(reading(), without);
+  CHECK(with == without);
 }
 
 TEST_CASE("Reading: label, state, evidence and occupancy do not depend on it") {

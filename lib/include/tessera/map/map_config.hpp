@@ -40,7 +40,7 @@ struct MapConfig {
   Probabilities probabilities = Probabilities::kEffective;
   /// Keeps beside the labels what points said of each class, which InferenceMode::kLattice needs:
   /// 48 bytes a layer with labels, which files and archives have too. What is loaded without them
-  /// votes as its labels.
+  /// votes as its labels. What probabilities are of depends on it (Reading::around).
   bool label_votes = false;
   /// Bytes for blocks, tuples and the free layer together, in use or not; at least four pages of
   /// 4 KiB, and at most kMaxStorageBytes.

@@ -109,7 +109,7 @@ class CountSummary {
     if (result.label == 0 || !reading.is_effective()) return result;
     // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): written before they are read
     std::array<double, kMaxComponents> weights;
-    const double number = reading.effective_number(total_);
+    const double number = effective_number(reading);
     const double sum = weigh(reading, number, weights);
     result.probability = (reading.prior_weight() + weights[label_at_]) / sum;
     const double concentration = num_components_ * reading.prior() + number;
@@ -125,7 +125,7 @@ class CountSummary {
     // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): written before they are read
     std::array<double, kMaxComponents> weights;
     const double sum =
-        is_effective ? weigh(reading, reading.effective_number(total_), weights) : concentration;
+        is_effective ? weigh(reading, effective_number(reading), weights) : concentration;
     const double unseen = is_effective ? reading.prior_weight() : reading.prior();
     for (double& probability : into) probability = sum > 0.0 ? unseen / sum : 0.0;
     for (std::size_t i = 0; i < size_ && sum > 0.0; ++i)
@@ -134,6 +134,10 @@ class CountSummary {
   }
 
  private:
+  /// Of all counts.
+  [[nodiscard]] double effective_number(const Reading& reading) const noexcept {
+    return reading.effective_number(label_ != 0 ? total_ + reading.around() : total_);
+  }
   /// weights: of each that was added. Returns their sum, with that of the rest and of all that was
   /// not observed. number: the effective one of all counts.
   double weigh(const Reading& reading, double number,

@@ -16,7 +16,7 @@ namespace tessera {
 
 /// What probabilities of labels are of.
 enum class Probabilities : std::uint8_t {
-  kEffective = 0,  ///< Of what the counts are worth. Learned on maps of kernels.
+  kEffective = 0,  ///< Of what the counts are worth. Learned on maps of kernels and of votes.
   kShares = 1      ///< Eq. 8 on the counts as they are, as the paper has it.
 };
 
@@ -37,6 +37,9 @@ class Reading {
   static constexpr double kGain = 4.2;
   static constexpr double kCorrelation = 0.28;
   static constexpr double kPriorWeight = 78.0;
+  /// Counts that what was said around a voxel is worth, where its label follows that
+  /// (MapConfig::label_votes).
+  static constexpr double kAround = 0.9;
   /// Worth of an observation of a class, by its name: whose surfaces are large and like no others;
   /// all else; what is thin, or much like something more frequent.
   static constexpr double kPlain = 1.0;
@@ -49,9 +52,10 @@ class Reading {
   /// Shares of the counts, without a prior.
   constexpr Reading() noexcept = default;
   /// Without a prior probabilities are shares, whatever they are to be of.
-  constexpr Reading(Probabilities of, double prior, double resolution_m,
-                    const ClassTable& classes) noexcept
+  constexpr Reading(Probabilities of, double prior, double resolution_m, const ClassTable& classes,
+                    bool label_votes = false) noexcept
       : prior_(prior),
+        around_(label_votes ? kAround : 0.0),
         density_(kDensityLength_m / resolution_m),
         effective_(of == Probabilities::kEffective && prior > 0.0),
         no_class_(std::uint64_t{1} << static_cast<unsigned>(classes.unlabelled())) {
@@ -69,8 +73,7 @@ class Reading {
   [[nodiscard]] constexpr bool is_effective() const noexcept { return effective_; }
   /// kPlain, kUsual or kDoubtful. Names of common data sets.
   [[nodiscard]] static constexpr double worth_by_name(std::string_view name) noexcept {
-    constexpr std::array<std::string_view, 5> kPlainNames{"building", "car", "house", "road",
-                                                          "street"};
+    constexpr std::array<std::string_view, 3> kPlainNames{"car", "road", "street"};
     constexpr std::array<std::string_view, 8> kDoubtfulNames{
         "other-ground",  "other-vehicle", "pole",  "post",
         "traffic-light", "traffic-sign",  "truck", "trunk"};
@@ -86,6 +89,8 @@ class Reading {
                                                  : kUsual;
   }
 
+  /// kAround, or 0 of a map without votes. It adds to the counts of voxels with a label.
+  [[nodiscard]] constexpr double around() const noexcept { return around_; }
   /// N, the effective number of observations that a sum of counts amounts to.
   [[nodiscard]] double effective_number(double total) const noexcept {
     const double root = std::sqrt(total * density_);
@@ -106,6 +111,7 @@ class Reading {
   static constexpr double kDensityLength_m = 0.1;
 
   double prior_ = 0.0;
+  double around_ = 0.0;
   double density_ = 1.0;
   bool effective_ = false;
   std::uint64_t no_class_ = 0;
