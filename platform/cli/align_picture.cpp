@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/align_picture.hpp"
 
+#include <array>
+#include <set>
 #include <vector>
 
 #include "maps/stored_map.hpp"
@@ -38,12 +40,17 @@ Outcome<void> write_alignment_png(const LocalMap& a, const LocalMap& b, const Ma
     voxels.push_back({static_cast<float>(center.x()), static_cast<float>(center.y()),
                       static_cast<float>(center.z()), color});
   };
-  for_each_occupied(a, [&](VoxelCoord voxel) { add(voxel, kOfFirst); });
+  std::set<std::array<std::int32_t, 3>> of_both;
   for_each_occupied(b, [&](VoxelCoord voxel) {
     const Result<VoxelCoord> there = lattice.voxel_of(apply(T_a_b, b.lattice().center_of(voxel)));
     if (!there.ok()) return;
-    const bool is_both = a.query(*there).state == VoxelState::kOccupied;
-    add(*there, is_both ? kOfBoth : kOfSecond);
+    if (a.query(*there).state == VoxelState::kOccupied)
+      of_both.insert({there->x, there->y, there->z});
+    else
+      add(*there, kOfSecond);
+  });
+  for_each_occupied(a, [&](VoxelCoord voxel) {
+    add(voxel, of_both.contains({voxel.x, voxel.y, voxel.z}) ? kOfBoth : kOfFirst);
   });
   ImageOptions options;
   options.title = title;

@@ -73,6 +73,7 @@ FrameQuestion question_of(const std::optional<Matrix34d>& guess) noexcept {
   const SearchReach& reach = guess ? kNearGuess : kAnywhere;
   FrameQuestion question;
   if (guess) question.T_a_b_guess = *guess;
+  question.is_guess = guess.has_value();
   question.reach_m = reach.xy_m;
   question.reach_z_m = reach.z_m;
   question.yaw_steps = reach.yaw_steps;

@@ -58,6 +58,8 @@ constexpr Round kPolishRound{0.8, 0.04};
 }  // namespace
 
 Point3d FrameFinder::middle_at(const std::array<double, 2>& heading) const noexcept {
+  if (question_.is_guess)
+    return level_a_.to_level(apply(question_.T_a_b_guess, level_b_.origin_map));
   const Matrix34d turn = turned(heading, Point3d::Zero());
   const Matrix3& A = level_a_.R;
   const Matrix34d back = [&] {
@@ -203,22 +205,30 @@ void FrameFinder::judge(const SurfaceFit::Outcome& outcome) noexcept {
     answer_.worst_sigma_rad =
         std::sqrt(eigen_of({C[21], C[22], C[23], C[28], C[29], C[35]}).values[2]);
   }
-  const Matrix34d& T = answer_.T_a_b;
-  const Matrix34d& guess = question_.T_a_b_guess;
-  const auto is_within = [&](int axis, double reach_m) {
-    const double off = T(axis, 3) - guess(axis, 3);
-    return off <= reach_m && off >= -reach_m;
+  const Point3d about_b = question_.is_guess ? level_b_.origin_map : Point3d(Point3d::Zero());
+  const Point3d off = apply(answer_.T_a_b, about_b) - apply(question_.T_a_b_guess, about_b);
+  const auto is_within = [](double value, double reach_m) {
+    return value <= reach_m && value >= -reach_m;
   };
   const double reach_m = question_.reach_m + columns_.width_m();
-  const bool is_in_reach =
-      is_within(0, reach_m) && is_within(1, reach_m) && is_within(2, question_.reach_z_m + 1.0);
+  const bool is_in_reach = is_within(off.x(), reach_m) && is_within(off.y(), reach_m) &&
+                           is_within(off.z(), question_.reach_z_m + 1.0);
   answer_.verdict = verdict(is_held, is_in_reach);
 }
 
+double FrameFinder::needed() const noexcept {
+  const Agreement& found = answer_.agreement;
+  const auto agreed = static_cast<double>(found.agreed);
+  const double all = agreed + static_cast<double>(found.contradicted + found.unseen);
+  const double of_all = all > 0.0 ? agreed / all : 0.0;
+  const double least = kLeastSupport * (1.0 - of_all / kMuch);
+  return least > kLeastOfAll ? least : kLeastOfAll;
+}
+
 FrameVerdict FrameFinder::verdict(bool is_held, bool is_in_reach) const noexcept {
-  const auto agreed = static_cast<double>(answer_.agreement.agreed);
-  if (agreed < kLeastSupport) return FrameVerdict::kNoneFits;
-  if (answer_.support < kLeastSupport || answer_.agreement.share() < kLeastShare)
+  const double least = needed();
+  if (static_cast<double>(answer_.agreement.agreed) < least) return FrameVerdict::kNoneFits;
+  if (answer_.support < least || answer_.agreement.share() < kLeastShare)
     return FrameVerdict::kContradicted;
   if (answer_.support_second > kMostSecond * answer_.support) return FrameVerdict::kAmbiguous;
   if (!is_held || answer_.worst_sigma_m > kMostSigma_m || answer_.worst_sigma_rad > kMostSigma_rad)

@@ -30,13 +30,15 @@ enum class FrameVerdict : std::uint8_t {
 [[nodiscard]] const char* to_string(FrameVerdict verdict) noexcept;
 
 struct FrameQuestion {
-  /// Roughly the transform; the search is about it.
+  /// Roughly the transform, where is_guess; else the heading may be any, and this is the middle of
+  /// what its translation may be.
   Matrix34d T_a_b_guess = Matrix34d(Matrix34d::Identity());
-  /// How far from there the translation may be, along x and y each, and along z; metres. At most
-  /// YawSearch::kMostShifts / 2 columns along x and y.
+  bool is_guess = false;
+  /// How far off the translation may be, along x and y each, and along z; metres. Of a guess: how
+  /// far off the middle of b may be. Along x and y at most YawSearch::kMostShifts / 2 columns.
   double reach_m = 72.0;
   double reach_z_m = 12.0;
-  /// How far the heading may be off, both ways; steps of two degrees, up to a half turn.
+  /// How far off the heading of a guess may be, both ways; steps of two degrees.
   int yaw_steps = YawSearch::kYaws / 2;
 };
 
@@ -62,8 +64,10 @@ class FrameFinder {
   /// frame is right.
   static constexpr double kVeto = 8.0;
   /// What is accepted; docs/measured/alignment.md has the figures from which.
-  static constexpr double kLeastSupport = 2'500.0;
-  static constexpr double kLeastShare = 0.93;
+  static constexpr double kLeastSupport = 4'000.0;  ///< Where little of the maps is in the overlap;
+  static constexpr double kLeastOfAll = 1'000.0;    ///< where much is.
+  static constexpr double kMuch = 0.5;  ///< Of all samples those that agree: in between it falls.
+  static constexpr double kLeastShare = 0.95;
   static constexpr double kMostSecond = 0.7;  ///< Of the support of the best.
   static constexpr double kMostSigma_m = 0.1;
   static constexpr double kMostSigma_rad = 0.0087;  ///< Half a degree.
@@ -111,14 +115,16 @@ class FrameFinder {
   bool take(const LocalMap& map, MapSketch& sketch) noexcept;
   void draw_columns() noexcept;
   void try_heading() noexcept;
-  /// Where the middle of b is in a's levelled frame at a heading between these, if the translation
-  /// is that of the guess.
+  /// Where the middle of b is in a's levelled frame at a heading between these, by the guess or by
+  /// the translation.
   [[nodiscard]] Point3d middle_at(const std::array<double, 2>& heading) const noexcept;
   void rank(const Candidate& candidate) noexcept;
   void keep_finalist(const Finalist& finalist) noexcept;
   void fit(Finalist& finalist) noexcept;
   void polish() noexcept;
   void judge(const SurfaceFit::Outcome& outcome) noexcept;
+  /// How much support is needed.
+  [[nodiscard]] double needed() const noexcept;
   [[nodiscard]] FrameVerdict verdict(bool is_held, bool is_in_reach) const noexcept;
   [[nodiscard]] double height_of(const Candidate& candidate) const noexcept;
 
