@@ -25,7 +25,8 @@ CORE = {
     "fusion": ["base", "grid", "semantics", "map", "inference", "replica"],
     "exchange": ["base", "grid", "semantics", "map", "replica"],
     "submap": ["base", "grid", "semantics", "map"],
-    "robot": ["base", "grid", "semantics", "map", "registration", "inference", "replica", "fusion", "exchange", "submap"],
+    "frames": ["base", "grid", "semantics", "map"],
+    "robot": ["base", "grid", "semantics", "map", "registration", "inference", "replica", "fusion", "exchange", "submap", "frames"],
 }
 # The sources of the C interface, whose headers are C: they may use all of the core.
 CORE["c"] = list(CORE)
