@@ -58,9 +58,14 @@ void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
                   count(robot.whole.judged));
   }
   for (const PairAlignment& pair : run.pairs) {
+    if (pair.frame && pair.frame->verdict == FrameVerdict::kFound)
+      std::printf("  %s and %s: surfaces agree at %.1f %% of what stands and both have seen\n",
+                  inputs[pair.first].path.c_str(), inputs[pair.second].path.c_str(),
+                  100.0 * pair.frame->agreement.share());
+    if (!pair.labels) continue;
     std::printf("  %s and %s: the same class at %.1f %% of common voxels\n",
                 inputs[pair.first].path.c_str(), inputs[pair.second].path.c_str(),
-                100.0 * pair.alignment.agreement());
+                100.0 * pair.labels->agreement());
   }
 }
 
@@ -99,7 +104,7 @@ Outcome<void> run_fuse(const FuseOptions& options) {
                      diffusion_of(options.diffusion, inputs.front().stored->map.config()));
 
   warnings.clear();
-  const std::vector<PairAlignment> pairs = align_inputs(inputs, warnings);
+  TESSERA_TRY_ASSIGN(const std::vector<PairAlignment> pairs, pairs_of(options, inputs, warnings));
   TESSERA_TRY(add_sessions(sessions, inputs, warnings));
   warn_of(warnings);
   TESSERA_TRY_ASSIGN(const std::unique_ptr<FusionRun> fusion,

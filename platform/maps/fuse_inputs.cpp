@@ -19,12 +19,6 @@ namespace tessera {
 
 namespace {
 
-/// Compared voxels of a pair.
-constexpr std::uint32_t kCompared = 20000;
-/// Below this share of equal labels a pair is warned about.
-constexpr double kLeastAgreement = 0.5;
-constexpr std::uint32_t kLeastCommon = 100;
-
 Outcome<void> check_alike(const FuseInput& first, const FuseInput& other) {
   const MapConfig& a = first.stored->map.config();
   const MapConfig& b = other.stored->map.config();
@@ -103,16 +97,6 @@ void tell_robots_apart(std::vector<FuseInput>& inputs) {
       input.id = {new_number(), 0, input.id.submap};
       taken.insert(input.id);
     }
-  }
-}
-
-void warn_of_places(const std::vector<FuseInput>& inputs, std::vector<Message>& warnings) {
-  const auto placed = [](const FuseInput& input) { return input.placed; };
-  if (std::none_of(inputs.begin(), inputs.end(), placed)) return;
-  for (const FuseInput& input : inputs) {
-    if (!input.placed)
-      warnings.push_back(input.path +
-                         " has no T_global_map; its frame is taken for the global one");
   }
 }
 
@@ -203,7 +187,6 @@ Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
       return Failure{input.path + ": its transform puts it outside of the grid; fix the transform"};
     input.frame = *frame;
   }
-  warn_of_places(inputs, warnings);
   std::sort(inputs.begin(), inputs.end(), [](const FuseInput& a, const FuseInput& b) {
     return std::tie(a.id, a.digest, a.path) < std::tie(b.id, b.digest, b.path);
   });
@@ -214,7 +197,14 @@ Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
 
 void warn_of_no_frame(const std::vector<FuseInput>& inputs, std::vector<Message>& warnings) {
   const auto placed = [](const FuseInput& input) { return input.placed; };
-  if (std::any_of(inputs.begin(), inputs.end(), placed)) return;
+  if (std::any_of(inputs.begin(), inputs.end(), placed)) {
+    for (const FuseInput& input : inputs) {
+      if (!input.placed)
+        warnings.push_back(input.path +
+                           " has no T_global_map; its frame is taken for the global one");
+    }
+    return;
+  }
   warnings.push_back(
       fmt::format("none of the {} maps has a T_global_map: their frames are taken for the same "
                   "one; where they are not, give ",
@@ -231,46 +221,6 @@ std::vector<NamedFile> files_of(const std::vector<std::string>& paths,
       files.push_back({kTransform, text.substr(equals + 1)});
   }
   return files;
-}
-
-std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
-                                        std::vector<Message>& warnings) {
-  std::vector<PairAlignment> pairs;
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    for (std::size_t j = i + 1; j < inputs.size(); ++j) {
-      const LocalMap& first = inputs[i].stored->map;
-      const double resolution_m = first.config().resolution_m;
-      // Those of one robot are as its poses have them.
-      if (inputs[i].id.robot == inputs[j].id.robot && inputs[i].id.submap != inputs[j].id.submap)
-        continue;
-      const Matrix34d first_frame = product(inputs[i].T_global_map, inputs[i].T_map_submap);
-      const Matrix34d second_frame = product(inputs[j].T_global_map, inputs[j].T_map_submap);
-      const Result<GridTransform> T_first_second = GridTransform::make(
-          first_frame == second_frame ? Matrix34d(Matrix34d::Identity())
-                                      : product(inverse(first_frame), second_frame),
-          resolution_m);
-      if (!T_first_second.ok()) continue;
-      const Alignment alignment =
-          AlignmentCheck::measure(first, inputs[j].stored->map, *T_first_second, kCompared);
-      if (alignment.common == 0) continue;
-      pairs.push_back({i, j, alignment});
-      const std::string names = inputs[i].path + " and " + inputs[j].path;
-      if (alignment.common < kLeastCommon) continue;
-      if (alignment.shifted()) {
-        const auto metres = [&](std::size_t axis) {
-          return text_of(alignment.best_shift[axis] * resolution_m);
-        };
-        warnings.push_back(names + " are misaligned: they agree better if the second is moved by " +
-                           metres(0) + ", " + metres(1) + ", " + metres(2) +
-                           " m in the frame of the first; check their transforms");
-      } else if (alignment.agreement() < kLeastAgreement) {
-        warnings.push_back(names + " have the same class at " +
-                           text_of(100.0 * alignment.agreement()) +
-                           " % of their common voxels; check their transforms and labels");
-      }
-    }
-  }
-  return pairs;
 }
 
 }  // namespace tessera

@@ -12,7 +12,6 @@
 #include "base/outcome.hpp"
 #include "base/outputs.hpp"
 #include "maps/stored_map.hpp"
-#include "tessera/fusion/alignment.hpp"
 #include "tessera/replica/replicas.hpp"
 
 namespace tessera {
@@ -53,8 +52,8 @@ Outcome<FuseInput> to_fuse(std::string name, std::shared_ptr<const StoredMap> st
 Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
                                                std::vector<Message>& warnings);
 
-/// Adds a warning iff no map has a frame, for who puts them into one. If only some have a frame,
-/// arrange_inputs warns.
+/// Adds a warning iff no map has a frame, for who puts them into one, or one for each that has none
+/// beside others.
 void warn_of_no_frame(const std::vector<FuseInput>& inputs, std::vector<Message>& warnings);
 
 /// The option for the frames of maps.
@@ -63,16 +62,5 @@ inline constexpr SettingName kTransform{.option = "--transform", .argument = "tr
 /// The files named by these arguments, for check_outputs; option: of the maps.
 std::vector<NamedFile> files_of(const std::vector<std::string>& paths,
                                 const std::vector<std::string>& transforms, const char* option);
-
-/// The alignment of two of the maps.
-struct PairAlignment {
-  std::size_t first = 0;
-  std::size_t second = 0;
-  Alignment alignment;
-};
-/// Alignments of all pairs with common labels, by up to 20,000 voxels each. Adds warnings about
-/// misaligned pairs.
-std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
-                                        std::vector<Message>& warnings);
 
 }  // namespace tessera

@@ -15,8 +15,9 @@ namespace {
 /// The least agreement of all pairs; empty if no two maps have common labels.
 std::optional<double> least_agreement(const std::vector<PairAlignment>& pairs) {
   std::optional<double> least;
-  for (const PairAlignment& pair : pairs)
-    least = std::min(least.value_or(1.0), pair.alignment.agreement());
+  for (const PairAlignment& pair : pairs) {
+    if (pair.labels) least = std::min(least.value_or(1.0), pair.labels->agreement());
+  }
   return least;
 }
 
@@ -24,7 +25,8 @@ Json alignments_json(const FuseRun& run, const std::vector<FuseInput>& inputs) {
   Json json = Json::array();
   const double resolution_m = run.config.map.resolution_m;
   for (const PairAlignment& pair : run.pairs) {
-    const Alignment& a = pair.alignment;
+    if (!pair.labels) continue;
+    const Alignment& a = *pair.labels;
     json.push_back({{"first", inputs[pair.first].path},
                     {"second", inputs[pair.second].path},
                     {"compared", a.compared},
@@ -90,6 +92,7 @@ Json to_json(const FuseOptions& options, const GlobalMapConfig& config) {
           {"report", options.report},
           {"transform", options.transforms},
           {"session", options.sessions},
+          {"align", options.align},
           {"diffusion", to_string(options.diffusion.mode)},
           {"edge", to_string(options.diffusion.edge)},
           {"iterations", config.diffusion.iterations},
@@ -121,6 +124,7 @@ Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Jso
                {"mean_variance_undiffused", report.mean_variance_undiffused},
                {"alignment", alignment ? Json(*alignment) : Json()},
                {"alignments", alignments_json(run, inputs)},
+               {"frames", frames_json(run.pairs, inputs)},
                {"reliability", to_json(run.robots, inputs.front().stored->map.classes())},
                {"contributions", contributions_json(inputs)},
                {"sessions", sessions_json(inputs)}};

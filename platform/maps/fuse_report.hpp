@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/json.hpp"
+#include "maps/fuse_frames.hpp"
 #include "maps/fuse_setup.hpp"
 #include "maps/judged_robot.hpp"
 #include "tessera/fusion/global_map.hpp"

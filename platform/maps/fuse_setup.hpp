@@ -23,12 +23,16 @@ struct FuseOptions {
   std::string report;
   std::vector<std::string> transforms;
   std::vector<std::string> sessions;
+  bool align = false;
   DiffusionOptions diffusion;
   std::optional<TuplePolicy> counts;
   std::optional<std::size_t> memory_bytes;
 };
 
 inline constexpr Setting kFuseRows[] = {
+    row<&FuseOptions::align>(
+        {"--align"}, "Find the frames of the maps from their contents; T_global_map is a guess",
+        {.flag = true}),
     row<&FuseOptions::counts>(
         {"--counts"}, "How counts of the global map are stored",
         {.otherwise = "dense in paper mode or if all maps are, else compact"}),

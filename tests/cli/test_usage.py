@@ -5,7 +5,7 @@ import unittest
 
 from command_case import CommandCase
 
-SUBCOMMANDS = ("map", "fuse", "eval", "fit-kernels", "query", "export", "info", "convert", "simulate", "doctor", "key")
+SUBCOMMANDS = ("map", "fuse", "align", "eval", "fit-kernels", "query", "export", "info", "convert", "simulate", "doctor", "key")
 
 
 class Usage(CommandCase):

@@ -13,7 +13,7 @@ BUILD = pathlib.Path(os.environ["TESSERA_BUILD"])
 VERSION = os.environ["TESSERA_VERSION"]
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 CONSUMER = SOURCE / "tests/consumer"
-SUBCOMMANDS = ("convert", "doctor", "eval", "export", "fit-kernels", "fuse", "info", "key", "map", "node", "play", "query", "simulate", "view")
+SUBCOMMANDS = ("align", "convert", "doctor", "eval", "export", "fit-kernels", "fuse", "info", "key", "map", "node", "play", "query", "simulate", "view")
 
 # Of the package tessera, below /usr: what people and other programs look for under these names.
 COMMAND_FILES = {

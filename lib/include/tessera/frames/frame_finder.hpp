@@ -64,7 +64,7 @@ class FrameFinder {
   /// frame is right.
   static constexpr double kVeto = 8.0;
   /// What is accepted; docs/measured/alignment.md has the figures from which.
-  static constexpr double kLeastSupport = 4'000.0;  ///< Where little of the maps is in the overlap;
+  static constexpr double kLeastSupport = 5'000.0;  ///< Where little of the maps is in the overlap;
   static constexpr double kLeastOfAll = 1'000.0;    ///< where much is.
   static constexpr double kMuch = 0.5;  ///< Of all samples those that agree: in between it falls.
   static constexpr double kLeastShare = 0.95;
