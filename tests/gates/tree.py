@@ -8,6 +8,7 @@ import sys
 
 import tracked
 
+LISTS = ("lib/CMakeLists.txt", "lib/src/frames/files.cmake")  # Of the headers that are installed.
 TOP = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "pyproject.toml",
        "lib", "platform", "examples", "lcmtypes", "tests", "bench", "docs"}
 MAX_LINES = 300
@@ -67,10 +68,10 @@ def name_faults(path):
 
 
 def installed_faults(headers, listing):
-    """Headers of the library that its CMakeLists.txt does not install."""
+    """Headers of the library that its lists do not install."""
     for header in sorted(headers):
         if not re.search(rf"^ *{re.escape(header)}$", listing, re.MULTILINE):
-            yield f"lib/CMakeLists.txt does not install {header}"
+            yield f"no list of lib installs {header}"
 
 
 def self_test():
@@ -111,7 +112,7 @@ def main():
         found += [f"{path}: {fault}" for fault in (*name_faults(path), *(text_faults(path, text) if text else ()))]
     headers = {str(path.relative_to("lib")) for path in tracked.files(root)
                if path.is_relative_to("lib/include") and path.suffix in (".hpp", ".h")}
-    found += installed_faults(headers, (root / "lib/CMakeLists.txt").read_text())
+    found += installed_faults(headers, "".join((root / path).read_text() for path in LISTS))
     tops = {path.parts[0] for path in tracked.files(root)}
     found += [f"{name} is missing at the top level" for name in sorted(TOP - tops)]
     print("\n".join(found), file=sys.stderr)
