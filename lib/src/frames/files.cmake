@@ -7,6 +7,7 @@ target_sources(tessera
     include/tessera/frames/frame_link.hpp
     include/tessera/frames/internal/columns.hpp
     include/tessera/frames/internal/overlap_check.hpp
+    include/tessera/frames/internal/place_fit.hpp
     include/tessera/frames/internal/surface_fit.hpp
     include/tessera/frames/internal/symmetric.hpp
     include/tessera/frames/internal/yaw_search.hpp
@@ -22,6 +23,7 @@ target_sources(tessera
     src/frames/loop_trials.cpp
     src/frames/map_sketch.cpp
     src/frames/overlap_check.cpp
+    src/frames/place_fit.cpp
     src/frames/statement_error.cpp
     src/frames/surface_fit.cpp
     src/frames/symmetric.cpp

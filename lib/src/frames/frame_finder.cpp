@@ -85,40 +85,50 @@ bool FrameFinder::step() noexcept {
   switch (phase_) {
     case Phase::kTakeA:
       if (!take(*map_a_, a_)) break;
-      a_.finish(scratch_);
       cursor_ = {};
       entries_left_ = map_b_->index().slots();
       phase_ = Phase::kTakeB;
       break;
     case Phase::kTakeB:
-      if (!take(*map_b_, b_)) break;
-      b_.finish(scratch_);
-      phase_ = Phase::kColumns;
+      if (take(*map_b_, b_)) phase_ = Phase::kFinishA;
       break;
-    case Phase::kColumns:
-      draw_columns();
+    case Phase::kFinishA:
+      a_.finish(scratch_);
+      level_a_ = level_of(a_);
+      phase_ = Phase::kFinishB;
+      break;
+    case Phase::kFinishB:
+      b_.finish(scratch_);
+      level_b_ = level_of(b_);
+      phase_ = Phase::kMoved;
+      break;
+    case Phase::kMoved:
+      columns_.draw(b_, level_b_);
+      search_.take_moved(columns_);
+      phase_ = Phase::kFixed;
+      break;
+    case Phase::kFixed:
+      columns_.draw(a_, level_a_);
+      search_.take_fixed(columns_, question_.reach_m);
+      begin_guess();
+      break;
+    case Phase::kGuess:
+      if (!fit_.step()) break;
+      answer_.agreement_guess = fit_.agreement();
+      at_ = 0;
+      phase_ = search_.feature_count() < kLeastFeatures ? Phase::kDone : Phase::kYaw;
       break;
     case Phase::kYaw:
       try_heading();
       break;
     case Phase::kRank:
-      if (static_cast<std::size_t>(at_) < search_.candidates().size()) {
-        rank(search_.candidates()[static_cast<std::size_t>(at_++)]);
-        break;
-      }
-      at_ = 0;
-      phase_ = Phase::kFit;
+      if (fit_.step()) take_ranked();
       break;
     case Phase::kFit:
-      if (static_cast<std::size_t>(at_) < finalist_count_) {
-        fit(finalists_[static_cast<std::size_t>(at_++)]);
-        break;
-      }
-      at_ = 0;
-      phase_ = Phase::kPolish;
+      if (fit_.step()) take_fitted();
       break;
     case Phase::kPolish:
-      polish();
+      if (fit_.step()) take_polished();
       break;
     case Phase::kDone:
       break;
@@ -126,29 +136,22 @@ bool FrameFinder::step() noexcept {
   return phase_ == Phase::kDone;
 }
 
-void FrameFinder::draw_columns() noexcept {
-  level_a_ = level_of(a_);
-  level_b_ = level_of(b_);
-  columns_.draw(b_, level_b_);
-  search_.take_moved(columns_);
-  columns_.draw(a_, level_a_);
-  search_.take_fixed(columns_, question_.reach_m);
-  answer_.agreement_guess = check_overlap(a_, b_, question_.T_a_b_guess, kCheckedSurfaces);
+void FrameFinder::begin_guess() noexcept {
   // The heading of the guess between the levelled frames.
   const Matrix34d T =
       product(product(level_a_.transform(), question_.T_a_b_guess), inverse(level_b_.transform()));
   const double length = std::sqrt(T(0, 0) * T(0, 0) + T(1, 0) * T(1, 0));
   heading_ = length > 0.0 ? std::array<double, 2>{T(0, 0) / length, T(1, 0) / length}
                           : std::array<double, 2>{1.0, 0.0};
-  at_ = 0;
-  phase_ = search_.feature_count() < kLeastFeatures ? Phase::kDone : Phase::kYaw;
+  fit_.begin(a_, b_, question_.T_a_b_guess, level_b_.origin_map, {{}, 1, kCheckedSurfaces});
+  phase_ = Phase::kGuess;
 }
 
 void FrameFinder::try_heading() noexcept {
   // 0, 1, -1, 2, -2 ... so that a step is tried once.
-  const int most =
-      question_.yaw_steps < YawSearch::kYaws / 2 ? question_.yaw_steps : YawSearch::kYaws / 2;
-  const int count = 2 * most + 1 < YawSearch::kYaws ? 2 * most + 1 : YawSearch::kYaws;
+  constexpr int kHalf = YawSearch::kYaws / 2;
+  const bool is_narrow = question_.is_guess && question_.yaw_steps < kHalf;
+  const int count = is_narrow ? 2 * question_.yaw_steps + 1 : YawSearch::kYaws;
   const int turn = at_ % 2 == 1 ? (at_ + 1) / 2 : -(at_ / 2);
   const int step = (turn + YawSearch::kYaws) % YawSearch::kYaws;
   const std::array<double, 2> by = YawSearch::direction(step);
@@ -157,8 +160,9 @@ void FrameFinder::try_heading() noexcept {
   const Point3d middle = middle_at(heading);
   search_.try_heading({heading[0], heading[1], middle.x(), middle.y(), step, 0});
   if (++at_ < count) return;
-  at_ = 0;
+  at_ = -1;
   phase_ = Phase::kRank;
+  begin_next();
 }
 
 }  // namespace tessera

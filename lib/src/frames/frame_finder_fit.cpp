@@ -31,11 +31,8 @@ bool is_elsewhere(const Matrix34d& one, const Matrix34d& other, const Point3d& p
   return (between(0, 0) + between(1, 1) + between(2, 2) - 1.0) / 2.0 < kCos3;
 }
 
-/// Rounds of a fit: from far to near.
-struct Round {
-  double reach_cells;
-  double floor_m;
-};
+// From far to near.
+using Round = SurfaceFit::Round;
 constexpr std::array<Round, 8> kRankRounds{{{1.5, 0.3},
                                             {1.5, 0.3},
                                             {1.5, 0.3},
@@ -52,8 +49,8 @@ constexpr std::array<Round, 8> kFitRounds{{{1.2, 0.1},
                                            {0.8, 0.05},
                                            {0.8, 0.05},
                                            {0.8, 0.05}}};
-constexpr int kPolishRounds = 6;
-constexpr Round kPolishRound{0.8, 0.04};
+constexpr std::array<Round, 6> kPolishRounds{
+    {{0.8, 0.04}, {0.8, 0.04}, {0.8, 0.04}, {0.8, 0.04}, {0.8, 0.04}, {0.8, 0.04}}};
 
 }  // namespace
 
@@ -106,22 +103,44 @@ double FrameFinder::height_of(const Candidate& candidate) const noexcept {
   return around_m + (static_cast<double>(best) - kBins / 2.0 + 0.5) * kBin_m;
 }
 
-void FrameFinder::rank(const Candidate& candidate) noexcept {
-  const Matrix34d between = turned({candidate.cosine, candidate.sine},
-                                   {candidate.x_m, candidate.y_m, height_of(candidate)});
-  Finalist finalist;
-  finalist.T_a_b = product(product(inverse(level_a_.transform()), between), level_b_.transform());
-  Point3d pivot_a = apply(finalist.T_a_b, level_b_.origin_map);
-  for (const Round& round : kRankRounds) {
-    const SurfaceFit fit{round.reach_cells, round.floor_m, kRankedSurfaces};
-    const SurfaceFit::Outcome outcome = fit.step(a_, b_, finalist.T_a_b, pivot_a);
-    if (!outcome.solved) return;
-    finalist.T_a_b = outcome.T_a_b;
-    pivot_a = outcome.middle_a;
+void FrameFinder::begin_next() noexcept {
+  ++at_;
+  const auto at = static_cast<std::size_t>(at_);
+  const Point3d& middle_b = level_b_.origin_map;
+  if (phase_ == Phase::kRank && at < search_.candidates().size()) {
+    const Candidate& candidate = search_.candidates()[at];
+    const Matrix34d between = turned({candidate.cosine, candidate.sine},
+                                     {candidate.x_m, candidate.y_m, height_of(candidate)});
+    const Matrix34d T_a_b =
+        product(product(inverse(level_a_.transform()), between), level_b_.transform());
+    fit_.begin(a_, b_, T_a_b, middle_b, {kRankRounds, kRankedSurfaces, kRankedSurfaces});
+  } else if (phase_ == Phase::kRank && finalist_count_ == 0) {
+    answer_.verdict = FrameVerdict::kNoneFits;
+    phase_ = Phase::kDone;
+  } else if (phase_ == Phase::kRank || at < finalist_count_) {
+    if (phase_ == Phase::kRank) at_ = 0;
+    phase_ = Phase::kFit;
+    fit_.begin(a_, b_, finalists_[static_cast<std::size_t>(at_)].T_a_b, middle_b,
+               {kFitRounds, kFittedSurfaces, kCheckedSurfaces});
+  } else {
+    best_ = 0;
+    for (std::size_t i = 1; i < finalist_count_; ++i) {
+      if (finalists_[i].support > finalists_[best_].support) best_ = i;
+    }
+    fit_.begin(a_, b_, finalists_[best_].T_a_b, middle_b,
+               {kPolishRounds, kCheckedSurfaces, kCheckedSurfaces});
+    phase_ = Phase::kPolish;
   }
-  finalist.agreement = check_overlap(a_, b_, finalist.T_a_b, kRankedSurfaces);
-  finalist.support = support_of(finalist.agreement);
-  keep_finalist(finalist);
+}
+
+void FrameFinder::take_ranked() noexcept {
+  if (fit_.is_held()) keep_finalist({fit_.T_a_b(), support_of(fit_.agreement())});
+  begin_next();
+}
+
+void FrameFinder::take_fitted() noexcept {
+  finalists_[static_cast<std::size_t>(at_)] = {fit_.T_a_b(), support_of(fit_.agreement())};
+  begin_next();
 }
 
 void FrameFinder::keep_finalist(const Finalist& finalist) noexcept {
@@ -145,75 +164,47 @@ void FrameFinder::keep_finalist(const Finalist& finalist) noexcept {
   finalists_[place] = finalist;
 }
 
-void FrameFinder::fit(Finalist& finalist) noexcept {
-  Point3d pivot_a = apply(finalist.T_a_b, level_b_.origin_map);
-  for (const Round& round : kFitRounds) {
-    const SurfaceFit fit{round.reach_cells, round.floor_m, kFittedSurfaces};
-    const SurfaceFit::Outcome outcome = fit.step(a_, b_, finalist.T_a_b, pivot_a);
-    if (!outcome.solved) break;
-    finalist.T_a_b = outcome.T_a_b;
-    pivot_a = outcome.middle_a;
-  }
-  finalist.agreement = check_overlap(a_, b_, finalist.T_a_b, kCheckedSurfaces);
-  finalist.support = support_of(finalist.agreement);
-}
-
-void FrameFinder::polish() noexcept {
+void FrameFinder::take_polished() noexcept {
   phase_ = Phase::kDone;
-  if (finalist_count_ == 0) {
-    answer_.verdict = FrameVerdict::kNoneFits;
-    return;
-  }
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < finalist_count_; ++i) {
-    if (finalists_[i].support > finalists_[best].support) best = i;
-  }
-  answer_.T_a_b = finalists_[best].T_a_b;
-  Point3d pivot_a = apply(answer_.T_a_b, level_b_.origin_map);
-  SurfaceFit::Outcome outcome;
-  for (int i = 0; i < kPolishRounds; ++i) {
-    const SurfaceFit fit{kPolishRound.reach_cells, kPolishRound.floor_m, kCheckedSurfaces};
-    outcome = fit.step(a_, b_, answer_.T_a_b, pivot_a);
-    if (!outcome.solved) break;
-    answer_.T_a_b = outcome.T_a_b;
-    pivot_a = outcome.middle_a;
-  }
-  answer_.middle_a = outcome.pivot_a;
-  answer_.pairs = outcome.pairs;
-  answer_.agreement = check_overlap(a_, b_, answer_.T_a_b, kCheckedSurfaces);
+  const FitSums& sums = fit_.fit().sums();
+  answer_.T_a_b = fit_.T_a_b();
+  answer_.middle_a = fit_.fit().pivot_a();
+  answer_.pairs = sums.pairs;
+  answer_.agreement = fit_.agreement();
   answer_.support = support_of(answer_.agreement);
   for (std::size_t i = 0; i < finalist_count_; ++i) {
-    if (i == best || !is_elsewhere(answer_.T_a_b, finalists_[i].T_a_b, level_b_.origin_map))
-      continue;
-    if (finalists_[i].support > answer_.support_second)
-      answer_.support_second = finalists_[i].support;
+    const Finalist& other = finalists_[i];
+    if (i != best_ && is_elsewhere(answer_.T_a_b, other.T_a_b, level_b_.origin_map) &&
+        other.support > answer_.support_second)
+      answer_.support_second = other.support;
   }
-  judge(outcome);
+  answer_.verdict = verdict(fit_.is_held() && find_covariance(sums));
 }
 
-void FrameFinder::judge(const SurfaceFit::Outcome& outcome) noexcept {
+bool FrameFinder::find_covariance(const FitSums& sums) noexcept {
   Matrix6 covariance{};
-  const bool is_held = outcome.pairs >= 6 && invert(outcome.information, covariance);
-  if (is_held) {
-    // Surfaces beside each other err together, and the squares tell by how much they err.
-    const double of_square = outcome.weight > 0.0 ? outcome.squares / outcome.weight : 1.0;
-    const double factor = kPairsAsOne * (of_square > 1.0 ? of_square : 1.0);
-    for (double& entry : covariance) entry *= factor;
-    answer_.covariance = covariance;
-    const Matrix6& C = covariance;
-    answer_.worst_sigma_m = std::sqrt(eigen_of({C[0], C[1], C[2], C[7], C[8], C[14]}).values[2]);
-    answer_.worst_sigma_rad =
-        std::sqrt(eigen_of({C[21], C[22], C[23], C[28], C[29], C[35]}).values[2]);
-  }
+  if (!invert(sums.information, covariance)) return false;
+  // Surfaces beside each other err together, and the squares tell by how much they err.
+  const double of_square = sums.weight > 0.0 ? sums.squares / sums.weight : 1.0;
+  const double factor = kPairsAsOne * (of_square > 1.0 ? of_square : 1.0);
+  for (double& entry : covariance) entry *= factor;
+  answer_.covariance = covariance;
+  const Matrix6& C = covariance;
+  answer_.worst_sigma_m = std::sqrt(eigen_of({C[0], C[1], C[2], C[7], C[8], C[14]}).values[2]);
+  answer_.worst_sigma_rad =
+      std::sqrt(eigen_of({C[21], C[22], C[23], C[28], C[29], C[35]}).values[2]);
+  return true;
+}
+
+bool FrameFinder::is_in_reach() const noexcept {
   const Point3d about_b = question_.is_guess ? level_b_.origin_map : Point3d(Point3d::Zero());
   const Point3d off = apply(answer_.T_a_b, about_b) - apply(question_.T_a_b_guess, about_b);
   const auto is_within = [](double value, double reach_m) {
     return value <= reach_m && value >= -reach_m;
   };
   const double reach_m = question_.reach_m + columns_.width_m();
-  const bool is_in_reach = is_within(off.x(), reach_m) && is_within(off.y(), reach_m) &&
-                           is_within(off.z(), question_.reach_z_m + 1.0);
-  answer_.verdict = verdict(is_held, is_in_reach);
+  return is_within(off.x(), reach_m) && is_within(off.y(), reach_m) &&
+         is_within(off.z(), question_.reach_z_m + 1.0);
 }
 
 double FrameFinder::needed() const noexcept {
@@ -225,7 +216,7 @@ double FrameFinder::needed() const noexcept {
   return least > kLeastOfAll ? least : kLeastOfAll;
 }
 
-FrameVerdict FrameFinder::verdict(bool is_held, bool is_in_reach) const noexcept {
+FrameVerdict FrameFinder::verdict(bool is_held) const noexcept {
   const double least = needed();
   if (static_cast<double>(answer_.agreement.agreed) < least) return FrameVerdict::kNoneFits;
   if (answer_.support < least || answer_.agreement.share() < kLeastShare)
@@ -233,7 +224,7 @@ FrameVerdict FrameFinder::verdict(bool is_held, bool is_in_reach) const noexcept
   if (answer_.support_second > kMostSecond * answer_.support) return FrameVerdict::kAmbiguous;
   if (!is_held || answer_.worst_sigma_m > kMostSigma_m || answer_.worst_sigma_rad > kMostSigma_rad)
     return FrameVerdict::kLoose;
-  return is_in_reach ? FrameVerdict::kFound : FrameVerdict::kOutOfReach;
+  return is_in_reach() ? FrameVerdict::kFound : FrameVerdict::kOutOfReach;
 }
 
 }  // namespace tessera

@@ -85,22 +85,44 @@ void count_surface(const MapSketch& from, const MapSketch::Surface& surface, con
   sums.same_label += other->label == surface.label ? 1U : 0U;
 }
 
-void count_all(const MapSketch& from, const Matrix34d& T_to_from, const MapSketch& to,
-               std::uint32_t most_surfaces, Agreement& sums) noexcept {
-  const std::uint32_t stride = from.surface_count() / most_surfaces + 1;
-  PartReader reader(to);
-  for (std::uint32_t i = 0; i < from.surface_count(); i += stride)
-    count_surface(from, from.surface(i), T_to_from, to, reader, sums);
+}  // namespace
+
+void OverlapCheck::begin(const MapSketch& a, const MapSketch& b, const Matrix34d& T_a_b,
+                         std::uint32_t most_surfaces) noexcept {
+  a_ = &a;
+  b_ = &b;
+  T_a_b_ = T_a_b;
+  T_b_a_ = inverse(T_a_b);
+  sums_ = {};
+  most_surfaces_ = most_surfaces;
+  next_ = 0;
+  is_second_ = false;
 }
 
-}  // namespace
+bool OverlapCheck::count(std::uint32_t surfaces) noexcept {
+  for (std::uint32_t n = 0; n < surfaces;) {
+    const MapSketch& from = is_second_ ? *a_ : *b_;
+    const MapSketch& to = is_second_ ? *b_ : *a_;
+    if (next_ >= from.surface_count()) {
+      if (is_second_) return true;
+      is_second_ = true;
+      next_ = 0;
+      continue;
+    }
+    PartReader reader(to);
+    const std::uint32_t stride = from.surface_count() / most_surfaces_ + 1;
+    for (; n < surfaces && next_ < from.surface_count(); ++n, next_ += stride)
+      count_surface(from, from.surface(next_), is_second_ ? T_b_a_ : T_a_b_, to, reader, sums_);
+  }
+  return false;
+}
 
 Agreement check_overlap(const MapSketch& a, const MapSketch& b, const Matrix34d& T_a_b,
                         std::uint32_t most_surfaces) noexcept {
-  Agreement sums;
-  count_all(b, T_a_b, a, most_surfaces, sums);
-  count_all(a, inverse(T_a_b), b, most_surfaces, sums);
-  return sums;
+  OverlapCheck check;
+  check.begin(a, b, T_a_b, most_surfaces);
+  while (!check.count(most_surfaces)) continue;
+  return check.agreement();
 }
 
 }  // namespace tessera

@@ -41,36 +41,26 @@ const Surface* nearest(const MapSketch& sketch, const Point3d& p, double reach_m
   return best;
 }
 
-/// The weighted normal equations of small motions about a pivot.
-struct NormalEquations {
-  Matrix6 A{};
-  Vector6 b{};
-
-  /// d: from a to b; M: information; arm: of b's mean from the pivot.
-  void add(const Point3d& d, const Symmetric3& M, const Point3d& arm, double weight) noexcept {
-    // A motion (t, w) moves b's mean by t + w x arm: J = [I, -[arm]x].
-    const std::array<std::array<double, 6>, 3> J{{{1, 0, 0, 0, arm.z(), -arm.y()},
-                                                  {0, 1, 0, -arm.z(), 0, arm.x()},
-                                                  {0, 0, 1, arm.y(), -arm.x(), 0}}};
-    const std::array<std::array<double, 3>, 3> full{
-        {{M[0], M[1], M[2]}, {M[1], M[3], M[4]}, {M[2], M[4], M[5]}}};
-    std::array<std::array<double, 6>, 3> MJ{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 6; ++j)
-        MJ[i][j] = weight * (full[i][0] * J[0][j] + full[i][1] * J[1][j] + full[i][2] * J[2][j]);
-    }
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t j = i; j < 6; ++j)
-        A[6 * i + j] += J[0][i] * MJ[0][j] + J[1][i] * MJ[1][j] + J[2][i] * MJ[2][j];
-      b[i] -= MJ[0][i] * d.x() + MJ[1][i] * d.y() + MJ[2][i] * d.z();
-    }
+/// Adds a pair. d: from a to b; M: information; arm: of b's mean from the pivot.
+void add_pair(FitSums& sums, const Point3d& d, const Symmetric3& M, const Point3d& arm,
+              double weight) noexcept {
+  // A motion (t, w) moves b's mean by t + w x arm: J = [I, -[arm]x].
+  const std::array<std::array<double, 6>, 3> J{{{1, 0, 0, 0, arm.z(), -arm.y()},
+                                                {0, 1, 0, -arm.z(), 0, arm.x()},
+                                                {0, 0, 1, arm.y(), -arm.x(), 0}}};
+  const std::array<std::array<double, 3>, 3> full{
+      {{M[0], M[1], M[2]}, {M[1], M[3], M[4]}, {M[2], M[4], M[5]}}};
+  std::array<std::array<double, 6>, 3> MJ{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 6; ++j)
+      MJ[i][j] = weight * (full[i][0] * J[0][j] + full[i][1] * J[1][j] + full[i][2] * J[2][j]);
   }
-  void mirror() noexcept {
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < i; ++j) A[6 * i + j] = A[6 * j + i];
-    }
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t j = i; j < 6; ++j)
+      sums.information[6 * i + j] += J[0][i] * MJ[0][j] + J[1][i] * MJ[1][j] + J[2][i] * MJ[2][j];
+    sums.right[i] -= MJ[0][i] * d.x() + MJ[1][i] * d.y() + MJ[2][i] * d.z();
   }
-};
+}
 
 /// T after a small motion about a pivot.
 Matrix34d moved(const Matrix34d& T, const Point3d& pivot, const Vector6& motion) noexcept {
@@ -87,55 +77,67 @@ Matrix34d moved(const Matrix34d& T, const Point3d& pivot, const Vector6& motion)
 
 }  // namespace
 
-SurfaceFit::Outcome SurfaceFit::step(const MapSketch& a, const MapSketch& b, const Matrix34d& T_a_b,
-                                     const Point3d& pivot_a) const noexcept {
+void SurfaceFit::begin(const MapSketch& a, const MapSketch& b, const Matrix34d& T_a_b,
+                       const Point3d& pivot_a, const Round& round,
+                       std::uint32_t most_surfaces) noexcept {
+  a_ = &a;
+  b_ = &b;
+  T_a_b_ = T_a_b;
+  R_ = rotation_rows(T_a_b);
+  pivot_a_ = pivot_a;
+  round_ = round;
+  sums_ = {};
+  stride_ = b.surface_count() / most_surfaces + 1;
+  next_ = 0;
+}
+
+bool SurfaceFit::add(std::uint32_t surfaces) noexcept {
+  for (std::uint32_t n = 0; n < surfaces && next_ < b_->surface_count(); ++n, next_ += stride_)
+    add_surface(b_->surface(next_));
+  return next_ >= b_->surface_count();
+}
+
+void SurfaceFit::add_surface(const Surface& moving) noexcept {
   constexpr double kScale2 = 9.0;       // of the robust weight: three sigmas
   constexpr double kOtherLabel = 0.25;  // weight where labels differ
-  Outcome outcome;
-  outcome.T_a_b = T_a_b;
-  outcome.pivot_a = pivot_a;
-  const Matrix3 R = rotation_rows(T_a_b);
-  const double reach_m = reach_cells * a.cell_m();
-  const std::uint32_t stride = b.surface_count() / most_surfaces + 1;
-  NormalEquations sums;
-  for (std::uint32_t i = 0; i < b.surface_count(); i += stride) {
-    const Surface& moving = b.surface(i);
-    const Point3d p = apply(T_a_b, b.center_of(moving));
-    ++outcome.tried;
-    const Surface* const fixed = nearest(a, p, reach_m);
-    if (fixed == nullptr) continue;
-    Symmetric3 C = rotated(R, covariance_of(moving));
-    const Symmetric3 of_fixed = covariance_of(*fixed);
-    for (std::size_t k = 0; k < 6; ++k) C[k] += of_fixed[k];
-    const double floor = floor_m * floor_m;
-    C[0] += floor;
-    C[3] += floor;
-    C[5] += floor;
-    const Symmetric3 M = inverse(C);
-    const Point3d d = p - a.center_of(*fixed);
-    const Point3d Md = product(M, d);
-    const double square = d.x() * Md.x() + d.y() * Md.y() + d.z() * Md.z();
-    const double robust = kScale2 / (kScale2 + square);
-    double weight = robust * robust;
-    if (moving.label != 0 && fixed->label != 0 && moving.label != fixed->label)
-      weight *= kOtherLabel;
-    sums.add(d, M, p - pivot_a, weight);
-    ++outcome.pairs;
-    outcome.weight += weight;
-    outcome.squares += weight * square;
-    outcome.middle_a += p;
+  const Point3d p = apply(T_a_b_, b_->center_of(moving));
+  const Surface* const fixed = nearest(*a_, p, round_.reach_cells * a_->cell_m());
+  if (fixed == nullptr) return;
+  Symmetric3 C = rotated(R_, covariance_of(moving));
+  const Symmetric3 of_fixed = covariance_of(*fixed);
+  for (std::size_t k = 0; k < 6; ++k) C[k] += of_fixed[k];
+  const double floor = round_.floor_m * round_.floor_m;
+  C[0] += floor;
+  C[3] += floor;
+  C[5] += floor;
+  const Symmetric3 M = inverse(C);
+  const Point3d d = p - a_->center_of(*fixed);
+  const Point3d Md = product(M, d);
+  const double square = d.x() * Md.x() + d.y() * Md.y() + d.z() * Md.z();
+  const double robust = kScale2 / (kScale2 + square);
+  double weight = robust * robust;
+  if (moving.label != 0 && fixed->label != 0 && moving.label != fixed->label) weight *= kOtherLabel;
+  add_pair(sums_, d, M, p - pivot_a_, weight);
+  ++sums_.pairs;
+  sums_.weight += weight;
+  sums_.squares += weight * square;
+  sums_.middle_a += p;
+}
+
+bool SurfaceFit::solve() noexcept {
+  if (sums_.pairs != 0) sums_.middle_a /= static_cast<double>(sums_.pairs);
+  Matrix6& A = sums_.information;
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t j = 0; j < i; ++j) A[6 * i + j] = A[6 * j + i];
   }
-  if (outcome.pairs != 0) outcome.middle_a /= static_cast<double>(outcome.pairs);
-  sums.mirror();
-  outcome.information = sums.A;
   // What nothing holds stays where it is.
-  Matrix6 damped = sums.A;
+  Matrix6 damped = A;
   for (std::size_t i = 0; i < 6; ++i) damped[7 * i] = damped[7 * i] * (1.0 + 1e-6) + 1e-3;
   Matrix6 inverse_of{};
-  if (outcome.pairs < 6 || !invert(damped, inverse_of)) return outcome;
-  outcome.T_a_b = moved(T_a_b, pivot_a, product(inverse_of, sums.b));
-  outcome.solved = true;
-  return outcome;
+  constexpr std::uint32_t kLeastPairs = 6;
+  if (sums_.pairs < kLeastPairs || !invert(damped, inverse_of)) return false;
+  T_a_b_ = moved(T_a_b_, pivot_a_, product(inverse_of, sums_.right));
+  return true;
 }
 
 }  // namespace tessera

@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <span>
 
-#include "tessera/frames/internal/overlap_check.hpp"
-#include "tessera/frames/internal/surface_fit.hpp"
+#include "tessera/frames/internal/place_fit.hpp"
 #include "tessera/frames/internal/yaw_search.hpp"
 #include "tessera/frames/map_sketch.hpp"
 
@@ -85,8 +84,9 @@ class FrameFinder {
   /// too large; the search that was under way goes on then.
   [[nodiscard]] Status begin(const LocalMap& a, const LocalMap& b,
                              const FrameQuestion& question) noexcept;
-  /// The next piece of work: 16 blocks taken in, one heading tried, or one round of a fit. True iff
-  /// all is done. At most about 35 million additions of small numbers, or 2 million look-ups.
+  /// The next piece of work: 16 entries of a map's index, with their blocks; a sketch finished or
+  /// drawn; one heading; or a piece of a fit or a check. True iff all is done. At most about
+  /// 35 million additions of small numbers (one heading), or 75,000 look-ups.
   bool step() noexcept;
   [[nodiscard]] bool taken_in() const noexcept { return phase_ > Phase::kTakeB; }
   /// After the last step.
@@ -97,7 +97,20 @@ class FrameFinder {
   [[nodiscard]] std::uint32_t steps() const noexcept { return steps_; }
 
  private:
-  enum class Phase : std::uint8_t { kTakeA, kTakeB, kColumns, kYaw, kRank, kFit, kPolish, kDone };
+  enum class Phase : std::uint8_t {
+    kTakeA,
+    kTakeB,
+    kFinishA,
+    kFinishB,
+    kMoved,
+    kFixed,
+    kGuess,
+    kYaw,
+    kRank,
+    kFit,
+    kPolish,
+    kDone
+  };
   static constexpr std::size_t kFinalists = 4;
   static constexpr std::uint32_t kRankedSurfaces = 512;
   static constexpr std::uint32_t kFittedSurfaces = 2'048;
@@ -108,24 +121,27 @@ class FrameFinder {
 
   struct Finalist {
     Matrix34d T_a_b = Matrix34d(Matrix34d::Identity());
-    Agreement agreement;
     double support = 0.0;
   };
 
   bool take(const LocalMap& map, MapSketch& sketch) noexcept;
-  void draw_columns() noexcept;
+  void begin_guess() noexcept;
   void try_heading() noexcept;
+  /// Begins the fit of the next candidate or finalist, or of the best, or ends.
+  void begin_next() noexcept;
+  void take_ranked() noexcept;
+  void keep_finalist(const Finalist& finalist) noexcept;
+  void take_fitted() noexcept;
+  void take_polished() noexcept;
+  /// False iff the surfaces do not hold it.
+  [[nodiscard]] bool find_covariance(const FitSums& sums) noexcept;
+  [[nodiscard]] bool is_in_reach() const noexcept;
+  /// How much support is needed.
+  [[nodiscard]] double needed() const noexcept;
+  [[nodiscard]] FrameVerdict verdict(bool is_held) const noexcept;
   /// Where the middle of b is in a's levelled frame at a heading between these, by the guess or by
   /// the translation.
   [[nodiscard]] Point3d middle_at(const std::array<double, 2>& heading) const noexcept;
-  void rank(const Candidate& candidate) noexcept;
-  void keep_finalist(const Finalist& finalist) noexcept;
-  void fit(Finalist& finalist) noexcept;
-  void polish() noexcept;
-  void judge(const SurfaceFit::Outcome& outcome) noexcept;
-  /// How much support is needed.
-  [[nodiscard]] double needed() const noexcept;
-  [[nodiscard]] FrameVerdict verdict(bool is_held, bool is_in_reach) const noexcept;
   [[nodiscard]] double height_of(const Candidate& candidate) const noexcept;
 
   MapSketch a_;
@@ -141,6 +157,8 @@ class FrameFinder {
   Level level_b_;
   std::array<Finalist, kFinalists> finalists_{};
   std::size_t finalist_count_ = 0;
+  std::size_t best_ = 0;  ///< Of them.
+  PlaceFit fit_;
   std::array<double, 2> heading_{1.0, 0.0};  ///< Cosine and sine of the guess, levelled.
   SweepCursor cursor_{};
   std::size_t entries_left_ = 0;

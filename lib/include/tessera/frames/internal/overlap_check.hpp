@@ -34,7 +34,28 @@ struct Agreement {
   }
 };
 
-/// most_surfaces: of each sketch, evenly taken. O(32 look-ups a surface).
+/// Counts in pieces.
+class OverlapCheck {
+ public:
+  /// most_surfaces: of each sketch, evenly taken.
+  void begin(const MapSketch& a, const MapSketch& b, const Matrix34d& T_a_b,
+             std::uint32_t most_surfaces) noexcept;
+  /// Counts so many more surfaces. True iff all are counted. O(surfaces) times 144 look-ups.
+  bool count(std::uint32_t surfaces) noexcept;
+  [[nodiscard]] const Agreement& agreement() const noexcept { return sums_; }
+
+ private:
+  const MapSketch* a_ = nullptr;
+  const MapSketch* b_ = nullptr;
+  Matrix34d T_a_b_ = Matrix34d(Matrix34d::Identity());
+  Matrix34d T_b_a_ = Matrix34d(Matrix34d::Identity());
+  Agreement sums_;
+  std::uint32_t most_surfaces_ = 1;
+  std::uint32_t next_ = 0;
+  bool is_second_ = false;  ///< Those of a, after those of b.
+};
+
+/// All at once.
 [[nodiscard]] Agreement check_overlap(const MapSketch& a, const MapSketch& b,
                                       const Matrix34d& T_a_b, std::uint32_t most_surfaces) noexcept;
 
