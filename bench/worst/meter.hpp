@@ -116,5 +116,6 @@ void measure_registration(Meter& meter);
 void measure_fusion(Meter& meter);
 void measure_reliability(Meter& meter);
 void measure_exchange(Meter& meter);
+void measure_frames(Meter& meter);
 
 }  // namespace tessera::bench

@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   measure_fusion(meter);
   measure_reliability(meter);
   measure_exchange(meter);
+  measure_frames(meter);
   if (!write_json(meter.cases(), argv[1]).ok()) return 2;
   for (const std::string& name : meter.beyond())
     std::fprintf(stderr, "%s: more operations than its formula says\n", name.c_str());

@@ -73,6 +73,14 @@ def test_frames_are_given_or_the_maps_own(maps, recwarn):
         assert tessera.fuse(maps, [None, moved]).digest() != digest
 
 
+def test_frames_that_are_not_found_are_no_frames(wall):
+    made = [tessera.LocalMap(tessera.ClassTable(["road", "wall"]), memory_bytes=32 << 20, max_points=4096, robot=robot) for robot in (0, 1)]
+    for one in made:
+        one.integrate(*wall)
+    with pytest.raises(tessera.Error, match="could not be placed in the frame of"):
+        tessera.fuse(made, align=True)
+
+
 def test_maps_of_which_none_has_a_frame_are_fused_with_a_warning(wall):
     made = [tessera.LocalMap(tessera.ClassTable(["road", "wall"]), memory_bytes=32 << 20, max_points=4096, robot=robot) for robot in (0, 1)]
     for one in made:
