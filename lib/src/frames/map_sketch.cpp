@@ -3,6 +3,7 @@
 #include "tessera/frames/map_sketch.hpp"
 
 #include <bit>
+#include <cmath>
 
 #include "tessera/base/internal/digest.hpp"
 
@@ -47,6 +48,35 @@ Symmetric3 looseness_of(const Eigen3& eigen, double cell_m) noexcept {
     for (std::size_t i = 0; i < 6; ++i) sum[i] += loose * along[kFirst[i]] * along[kSecond[i]];
   }
   return sum;
+}
+
+/// From the middle of a cell's occupied parts to that of its free ones, if that tells a side.
+std::array<std::int8_t, 3> open_side(std::uint64_t occupied, std::uint64_t free) noexcept {
+  const auto sum_of = [](std::uint64_t parts) {
+    std::array<int, 3> sum{};
+    for (; parts != 0; parts &= parts - 1) {
+      const int part = std::countr_zero(parts);
+      sum[0] += part % 4;
+      sum[1] += part / 4 % 4;
+      sum[2] += part / 16;
+    }
+    return sum;
+  };
+  const int taken = std::popcount(occupied);
+  const int seen = std::popcount(free);
+  if (taken == 0 || seen == 0) return {};
+  const std::array<int, 3> of_taken = sum_of(occupied);
+  const std::array<int, 3> of_seen = sum_of(free);
+  std::array<double, 3> way{};
+  for (std::size_t i = 0; i < 3; ++i)
+    way[i] = static_cast<double>(of_seen[i]) / seen - static_cast<double>(of_taken[i]) / taken;
+  const double length = std::sqrt(squared_norm(way[0], way[1], way[2]));
+  constexpr double kLeastParts = 0.5;
+  if (length < kLeastParts) return {};
+  std::array<std::int8_t, 3> side{};
+  for (std::size_t i = 0; i < 3; ++i)
+    side[i] = static_cast<std::int8_t>(floor_to_int(100.0 * way[i] / length + 0.5));
+  return side;
 }
 
 }  // namespace
@@ -166,6 +196,7 @@ void MapSketch::add_cell(const CellSums& sums, VoxelCoord cell) noexcept {
         static_cast<double>(moments.second[i]) / n - mean[kFirst[i]] * mean[kSecond[i]];
     spread[i] = of_places * step_m * step_m + (kFirst[i] == kSecond[i] ? within : 0.0);
   }
+  surface.open = open_side(sums.occupied, free);
   const Eigen3 eigen = eigen_of(spread);
   surface.kind = kind_of(spread, eigen, moments.count, cell_m_);
   surface.normal = {static_cast<float>(eigen.vectors[0].x()),

@@ -41,6 +41,20 @@ const Surface* nearest(const MapSketch& sketch, const Point3d& p, double reach_m
   return best;
 }
 
+/// Whether two surfaces were seen from opposite sides: they are the faces of something thin, and
+/// not one surface.
+bool are_opposite(const Surface& moving, const Matrix3& R, const Surface& fixed) noexcept {
+  const auto of = [](const std::array<std::int8_t, 3>& side, std::size_t i) {
+    return static_cast<double>(side[i]);
+  };
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 3; ++i)
+    sum += of(fixed.open, i) * (R[3 * i] * of(moving.open, 0) + R[3 * i + 1] * of(moving.open, 1) +
+                                R[3 * i + 2] * of(moving.open, 2));
+  constexpr double kOpposite = -3'000.0;  // of 100 times 100
+  return sum < kOpposite;
+}
+
 /// Adds a pair. d: from a to b; M: information; arm: of b's mean from the pivot.
 void add_pair(FitSums& sums, const Point3d& d, const Symmetric3& M, const Point3d& arm,
               double weight) noexcept {
@@ -102,7 +116,7 @@ void SurfaceFit::add_surface(const Surface& moving) noexcept {
   constexpr double kOtherLabel = 0.25;  // weight where labels differ
   const Point3d p = apply(T_a_b_, b_->center_of(moving));
   const Surface* const fixed = nearest(*a_, p, round_.reach_cells * a_->cell_m());
-  if (fixed == nullptr) return;
+  if (fixed == nullptr || are_opposite(moving, R_, *fixed)) return;
   Symmetric3 C = rotated(R_, covariance_of(moving));
   const Symmetric3 of_fixed = covariance_of(*fixed);
   for (std::size_t k = 0; k < 6; ++k) C[k] += of_fixed[k];
