@@ -6,7 +6,7 @@ whether it accepts one between maps of different places.
 
 Prints tables and leaves alignment.json in OUT. Alignments are kept in OUT: a run that was stopped goes on where it was. Trial k of a recorded
 scene has the transform that seed k draws; a street is that of simulate --seed. Rows that are not named keep what OUT/alignment.json has of
-them. With --write-docs fills docs/measured/alignment.md. For all of it: an hour and a half on one core, and 30 s for each new street."""
+them. With --write-docs fills docs/measured/alignment.md. All of it takes an hour and a half on one core, half of it to simulate streets."""
 import argparse
 import json
 import pathlib
@@ -22,7 +22,7 @@ import scenes  # noqa: E402
 import tables  # noqa: E402
 from datasets import inverse  # noqa: E402
 from run import circumstances  # noqa: E402
-from transforms import error, rows_of  # noqa: E402
+from transforms import draw, error, rows_of  # noqa: E402
 
 ROWS = (*scenes.RECORDED, "streets", "negatives")
 STREET_BOUNDS = (0.1, 0.2)
@@ -63,14 +63,12 @@ def recorded(workshop, scene, seeds, python):
     icp = raw_icp(workshop, scene, python)
     row = {"title": scene.title, "truth": "poses", "bounds": scene.bounds, "overlap": [overlap(workshop, scene)], "trials": []}
     for seed in seeds:
-        def found_by(a, b, T_a_b, name=f"{scene.name}_{seed}"):
-            report = workshop.align(name, a, b)
-            return judging.judged(report, T_a_b, icp), report["covariance_about"]
-        trial, about = scene.judge(seed, found_by)
+        report = workshop.align(f"{scene.name}_{seed}", scene.map(0), scene.moved_path(seed), lambda: scene.map_moved(seed))
+        trial = judging.judged(report, inverse(draw(seed)), icp)
         report_trial(seed, trial)
         row["trials"].append({"seed": seed, **trial})
         if icp is not None and trial["accepted"]:
-            row["poses_against_icp"] = error(icp, scene.exact(), about)
+            row["poses_against_icp"] = error(icp, scene.exact(), report["covariance_about"])
     return row
 
 
@@ -78,7 +76,7 @@ def streets(workshop, seeds):
     row = {"title": "streets from both ends", "truth": "exact", "bounds": STREET_BOUNDS, "overlap": [], "trials": []}
     for seed in seeds:
         scene = scenes.Street(workshop, seed)
-        trial = scene.judge(lambda a, b, T_a_b: judging.judged(workshop.align(scene.name, a, b), T_a_b))
+        trial = judging.judged(workshop.align(scene.name, scene.map(0), scene.map(1)), scene.exact())
         row["overlap"].append(overlap(workshop, scene))
         report_trial(seed, trial)
         row["trials"].append({"seed": seed, **trial})
@@ -92,7 +90,8 @@ def parsed():
     parser.add_argument("--out", required=True, type=pathlib.Path)
     parser.add_argument("--rows", nargs="+", choices=ROWS, default=list(ROWS), metavar="NAME", help=", ".join(ROWS) + "; all unless given")
     parser.add_argument("--trials", type=int, default=200, help="of each recorded scene, by seeds 1 to N; 200 unless given")
-    parser.add_argument("--streets", type=int, default=100, help="by seeds 1 to N; 100 unless given")
+    parser.add_argument("--streets", type=int, default=100, help="how many; 100 unless given")
+    parser.add_argument("--first-street", type=int, default=1, help="the seed of the first one; 1 unless given")
     parser.add_argument("--pairs", type=int, default=1000, help="of different places, at most; 1000 unless given")
     parser.add_argument("--python", default="/usr/bin/python3", help="one that has numpy and scipy, for ICP; the system's unless given")
     parser.add_argument("--write-docs", action="store_true")
@@ -106,16 +105,16 @@ def main():
     found = json.loads(path.read_text()) if path.exists() else {"rows": {}}
     found["circumstances"] = circumstances()
     found["version"] = subprocess.run([options.tessera, "--version"], capture_output=True, text=True, check=True).stdout.strip()
-    there = scenes.data_of(options.data)
+    there, street_seeds = scenes.data_of(options.data), range(options.first_street, options.first_street + options.streets)
     for name in options.rows:
         if name in scenes.RECORDED and name not in there:
             print(f"{name}: not in {options.data}")
             continue
         print(f"{name} ...", flush=True)
         if name == "streets":
-            found["rows"][name] = streets(workshop, range(1, options.streets + 1))
+            found["rows"][name] = streets(workshop, street_seeds)
         elif name == "negatives":
-            found[name] = negatives.measure(workshop, [scenes.Street(workshop, seed) for seed in range(1, options.streets + 1)],
+            found[name] = negatives.measure(workshop, [scenes.Street(workshop, seed) for seed in street_seeds],
                                             [scenes.Recorded(workshop, options.data.resolve(), scene) for scene in there], options.pairs)
         else:
             scene = scenes.Recorded(workshop, options.data.resolve(), name)

@@ -4,10 +4,11 @@
 import json
 import math
 import resource
+import statistics
 import subprocess
 import sys
 
-from transforms import apply, error, is_false, product, rows_of
+from transforms import apply, error, is_false, offset, product, rows_of
 from workshop import Workshop
 
 FOUND, REFUSED = 0, 2
@@ -20,20 +21,26 @@ def cpu_s():
 
 
 class Aligner(Workshop):
-    def align(self, name, a, b):
-        """The report, with cpu_s. It is kept: what is asked again, of this program, is not made again."""
+    def align(self, name, a, b, make_b=None):
+        """The report, with cpu_s. It is kept: what is asked again, of this program, is not made again. A map that make_b makes is
+        removed afterwards."""
         words = ["align", a, b]
 
         def make():
             report = self.out / "report.json"
+            if make_b is not None:
+                make_b()
             since = cpu_s()
             done = subprocess.run([str(self.tessera), *map(str, words), "--report", str(report)], capture_output=True, text=True)
+            used_s = cpu_s() - since
             if done.returncode not in (FOUND, REFUSED):
                 sys.exit(f"alignment.py: tessera align {a} {b}: {done.stderr.strip()}")
             found = json.loads(report.read_text())
             if found["accepted"] != (done.returncode == FOUND):
                 sys.exit(f"alignment.py: tessera align {a} {b}: ended with {done.returncode}, accepted {found['accepted']}")
-            return {**found, "cpu_s": cpu_s() - since}
+            if make_b is not None:
+                b.unlink()
+            return {**found, "cpu_s": used_s}
         return self.kept(f"{name}.align", words, make)
 
 
@@ -47,9 +54,11 @@ def judged(report, exact, icp=None):
     """Against the exact T_a_b, and against it as ICP of the points of both halves corrects it."""
     found, about = rows_of(report["transform"]), report["covariance_about"]
     trial = {**outcome(report), "sigma_m": report["sigma_m"], "sigma_deg": report["sigma_deg"]}
+    trial["off_m"] = offset(found, exact, about)
     trial["m"], trial["deg"] = error(found, exact, about)
     trial["false"] = trial["accepted"] and is_false(trial["m"], trial["deg"])
     if icp is not None:
+        trial["icp_off_m"] = offset(found, product(icp, exact), about)
         trial["icp_m"], trial["icp_deg"] = error(found, product(icp, exact), about)
     return trial
 
@@ -66,6 +75,11 @@ def at_share(values, share):
 
 def spread(values):
     return [at_share(values, share) for share in (0.5, 0.95, 1.0)]
+
+
+def along_axes(offsets):
+    """Mean and standard deviation along x, y and z."""
+    return [(statistics.fmean(axis), statistics.pstdev(axis)) for axis in zip(*offsets)]
 
 
 def reasons(trials):

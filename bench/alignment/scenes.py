@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """Places that two maps have in common, with the exact transform: halves of recorded drives, and streets that two simulated robots
-see from both ends. A scene has maps 0 and 1 and, for a seed, a trial: two maps and T_a_b."""
+see from both ends. Each scene has maps 0 and 1."""
 import os
 import pathlib
 import shutil
@@ -23,12 +23,19 @@ RECORDED = {
     "kitti_raw_0013": {"title": "halves of `kitti_raw_0013`", "folder": "kitti_raw_0013", "poses": "poses.txt",
                        "halves": ((0, 17), (18, 35)), "words": ["--labels", "none", "--max-range", RANGE_M], "bounds": (0.1, 0.5)},
 }
+# For pairs of different places alone: their halves have too little or all in common.
+OTHERS = {
+    "mulran_riverside02": {"title": "`mulran_riverside02`", "folder": "mulran_riverside02", "pcd": "scans", "poses": "optimized_poses.txt",
+                           "halves": ((0, 19), (140, 159)), "words": ["--labels", "none", "--max-range", RANGE_M], "bounds": None},
+    "scanner_standing": {"title": "`scanner_standing`", "folder": "scanner_standing", "poses": "poses.txt",
+                         "halves": ((0, 11), (12, 22)), "words": ["--labels", "labels", "--max-range", RANGE_M], "bounds": None},
+}
 
 
 class Recorded:
     def __init__(self, workshop, data, name):
         self.workshop, self.name, self.mapped = workshop, name, set()
-        about = RECORDED[name]
+        about = {**RECORDED, **OTHERS}[name]
         self.title, self.bounds, self.halves, self.words = (about[key] for key in ("title", "bounds", "halves", "words"))
         self.folder = data / about["folder"]
         self.poses, self.pcd = self.folder / about["poses"], about.get("pcd")
@@ -63,14 +70,12 @@ class Recorded:
             self.map_half(half, IDENTITY, path)
         return path
 
-    def judge(self, seed, found_by):
-        """What found_by(map of A, map of B, T_a_b) gives; the map of B is gone afterwards."""
-        T = draw(seed)
-        moved_map = self.map_half(1, T, self.out / f"moved_{seed}.tsm")
-        try:
-            return found_by(self.map(0), moved_map, inverse(T))
-        finally:
-            moved_map.unlink()
+    def moved_path(self, seed):
+        return self.out / f"moved_{seed}.tsm"
+
+    def map_moved(self, seed):
+        """The second half in the frame that seed draws."""
+        return self.map_half(1, draw(seed), self.moved_path(seed))
 
     def exact(self):
         """T_a_b of the maps as they are."""
@@ -109,9 +114,7 @@ class Street:
     def exact(self):
         return read_transform(self.T_file)
 
-    def judge(self, found_by):
-        return found_by(self.map(0), self.map(1), self.exact())
-
 
 def data_of(folder):
-    return [name for name in RECORDED if (pathlib.Path(folder) / RECORDED[name]["folder"]).is_dir()]
+    """The scenes that are there."""
+    return [name for name, about in {**RECORDED, **OTHERS}.items() if (pathlib.Path(folder) / about["folder"]).is_dir()]

@@ -3,7 +3,7 @@
 """The tables of docs/measured/alignment.md."""
 import sys
 
-from judging import is_within, reasons, spread, upper_limit
+from judging import along_axes, is_within, reasons, spread, upper_limit
 from markdown import table
 from negatives import KINDS
 from scenes import RECORDED
@@ -43,29 +43,37 @@ def alignment_found(found):
     return table(("pairs", "trials", "seeds", "overlap", "found", "bounds", "within, by the poses", "within, by ICP", "false"), rows) if rows else None
 
 
-def alignment_errors(found):
-    rows = []
+def errors_of(found):
+    """(row, trials that were accepted, prefix of what they are held against, its name)."""
     for row in rows_in_order(found):
         trials = [trial for trial in row["trials"] if trial["accepted"]]
         for against, said in (("", row["truth"]), ("icp_", "ICP")):
             if trials and against + "m" in trials[0]:
-                rows.append((row["title"], said, *(f"{x:.3f}" for x in spread([trial[against + "m"] for trial in trials])),
-                             *(f"{x:.2f}" for x in spread([trial[against + "deg"] for trial in trials]))))
+                yield row, trials, against, said
+
+
+def alignment_errors(found):
+    rows = [(row["title"], said, *(f"{x:.3f}" for x in spread([trial[against + "m"] for trial in trials])),
+             *(f"{x:.2f}" for x in spread([trial[against + "deg"] for trial in trials]))) for row, trials, against, said in errors_of(found)]
     return table(("pairs", "against", "median, m", "95 %, m", "worst, m", "median, degrees", "95 %, degrees", "worst, degrees"), rows) if rows else None
+
+
+def alignment_axes(found):
+    """In A's frame, which is the same in all trials of a row."""
+    rows = [(row["title"], said, *(f"{mean:+.3f} ({deviation:.3f})" for mean, deviation in
+                                   along_axes([trial[against + "off_m"] for trial in trials]))) for row, trials, against, said in errors_of(found)]
+    return table(("pairs", "against", "mean along x (deviation), m", "y, m", "z, m"), rows) if rows else None
 
 
 def alignment_sigmas(found):
     """Errors by the deviation that is stated of the direction least held."""
     rows = []
-    for row in rows_in_order(found):
-        trials = [trial for trial in row["trials"] if trial["accepted"]]
-        for against, said in (("", row["truth"]), ("icp_", "ICP")):
-            if trials and against + "m" in trials[0]:
-                cells = []
-                for unit, digits in (("m", 3), ("deg", 2)):
-                    ratios = spread([trial[against + unit] / trial["sigma_" + unit] for trial in trials])
-                    cells += [f"{spread([trial['sigma_' + unit] for trial in trials])[0]:.{digits}f}", f"{ratios[0]:.1f}", f"{ratios[1]:.1f}"]
-                rows.append((row["title"], said, *cells))
+    for row, trials, against, said in errors_of(found):
+        cells = []
+        for unit, digits in (("m", 3), ("deg", 2)):
+            ratios = spread([trial[against + unit] / trial["sigma_" + unit] for trial in trials])
+            cells += [f"{spread([trial['sigma_' + unit] for trial in trials])[0]:.{digits}f}", f"{ratios[0]:.1f}", f"{ratios[1]:.1f}"]
+        rows.append((row["title"], said, *cells))
     return table(("pairs", "against", "sigma, median, m", "error / sigma, median", "95 %", "sigma, median, degrees", "error / sigma, median", "95 %"),
                  rows) if rows else None
 
@@ -123,7 +131,7 @@ def alignment_margin(found):
          f"{most['support']:,.0f}", share(most["share"], 1))])
 
 
-TABLES = {f.__name__: f for f in (alignment_circumstances, alignment_icp, alignment_found, alignment_errors, alignment_sigmas,
+TABLES = {f.__name__: f for f in (alignment_circumstances, alignment_icp, alignment_found, alignment_errors, alignment_axes, alignment_sigmas,
                                   alignment_negatives, alignment_reasons, alignment_margin, alignment_costs)}
 
 

@@ -53,6 +53,8 @@ class Transforms(unittest.TestCase):
         self.assertAlmostEqual(0.0, deg)
         m, deg = transforms.error(product(moved_by(0.2, 0.0, 0.1), exact), exact, about)
         self.assertAlmostEqual(math.hypot(0.2, 0.1), m)
+        for expected, along in zip((0.2, 0.0, 0.1), transforms.offset(product(moved_by(0.2, 0.0, 0.1), exact), exact, about)):
+            self.assertAlmostEqual(expected, along)
         self.assertAlmostEqual(0.0, deg)
         # A turn about that point moves it nowhere; about A's origin it does.
         turned = product(product(moved_by(*about), transforms.turn(2, math.radians(0.5))), inverse(moved_by(*about)))
@@ -113,6 +115,9 @@ class Sums(unittest.TestCase):
     def test_shares(self):
         self.assertEqual([50, 95, 100], judging.spread(range(100, 0, -1)))
         self.assertEqual([3, 3, 3], judging.spread([3]))
+
+    def test_means_along_axes(self):
+        self.assertEqual([(2.0, 1.0), (0.0, 0.0), (-1.0, 0.0)], judging.along_axes([[1.0, 0.0, -1.0], [3.0, 0.0, -1.0]]))
 
     def test_reasons_by_their_number(self):
         refused = [{"accepted": False, "reason": reason, "support": support} for reason, support in (("a", 3), ("b", 1), ("b", 9), ("b", -2))]

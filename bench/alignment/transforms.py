@@ -45,10 +45,15 @@ def angle_deg(T):
     return math.degrees(math.atan2(sine, (T[0][0] + T[1][1] + T[2][2] - 1.0) / 2.0))
 
 
+def offset(found, exact, about_a):
+    """Where found puts a point of B, from where exact puts it: the point that found puts at about_a; along A's axes, in m."""
+    there = apply(product(exact, inverse(found)), about_a)
+    return [about_a[i] - there[i] for i in range(3)]
+
+
 def error(found, exact, about_a):
-    """(m, degrees): how far found puts from where exact does what found puts at about_a, a point in A's frame."""
-    off = product(exact, inverse(found))
-    return math.dist(apply(off, about_a), about_a), angle_deg(off)
+    """(m, degrees): how far found puts that point from where exact puts it, and the angle between both."""
+    return math.hypot(*offset(found, exact, about_a)), angle_deg(product(exact, inverse(found)))
 
 
 def is_false(m, deg):
