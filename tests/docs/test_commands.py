@@ -45,6 +45,8 @@ NOT_RUN = {
     "./bench/experiments/run-experiments.sh": "an hour; experiments_smoke",
     "./bench/experiments/run-experiments.sh --quick": "minutes; experiments_smoke",
     "./bench/experiments/run-experiments.sh --write-docs": "would change this page; experiments_smoke",
+    "python3 -B bench/alignment/alignment.py --tessera build/release/tessera --data ../shared/data --out OUT [--trials N] [--rows NAME...] [--write-docs]":
+        "an hour; alignment_bench",
     "./bench/onboard/run-onboard.sh [--write-docs] [SECONDS [OUT]]": "minutes on an idle machine",
     "bench/worst.py --build build/release [--check | --record]": "gate_worst_cases",
     "./tests/fuzz/run-fuzz.sh": "minutes; test_fuzz_corpus runs what it found",
