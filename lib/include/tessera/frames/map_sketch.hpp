@@ -37,6 +37,8 @@ class MapSketch {
     std::array<float, 6> looseness_m2{};
     std::array<float, 3> normal{};  ///< Of the plane through the returns, of length 1.
     std::uint8_t label = 0;         ///< Of most of them; 0: none.
+    /// To where it was seen from, by the free parts of its cell: of length about 100, or zero.
+    std::array<std::int8_t, 3> open{};
     Kind kind = Kind::kOther;
   };
   struct FreeCell {
