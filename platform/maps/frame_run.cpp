@@ -10,6 +10,8 @@
 #include <numbers>
 #include <vector>
 
+#include "tessera/base/rigid.hpp"
+
 namespace tessera {
 
 namespace {
@@ -77,6 +79,14 @@ FrameQuestion question_of(const std::optional<Matrix34d>& guess) noexcept {
   question.reach_m = reach.xy_m;
   question.reach_z_m = reach.z_m;
   question.yaw_steps = reach.yaw_steps;
+  return question;
+}
+
+FrameQuestion question_of(const std::optional<Matrix34d>& guess, const MapIdentity& a,
+                          const MapIdentity& b) noexcept {
+  FrameQuestion question = question_of(guess);
+  if (!guess && a.has_T_global_map && b.has_T_global_map)
+    question.T_a_b_guess = product(inverse(a.T_global_map), b.T_global_map);
   return question;
 }
 

@@ -12,6 +12,7 @@
 #include "base/json.hpp"
 #include "base/outcome.hpp"
 #include "tessera/frames/frame_finder.hpp"
+#include "tessera/map/map_file.hpp"
 
 namespace tessera {
 
@@ -50,6 +51,9 @@ class FrameRun {
 };
 
 [[nodiscard]] FrameQuestion question_of(const std::optional<Matrix34d>& guess) noexcept;
+/// Without a guess, the frames of the maps are the middle of the search if both have one.
+[[nodiscard]] FrameQuestion question_of(const std::optional<Matrix34d>& guess, const MapIdentity& a,
+                                        const MapIdentity& b) noexcept;
 
 /// "moved by 1.2, 0.3, 0 m, turned by 22.5 degrees".
 [[nodiscard]] std::string motion_text(const Matrix34d& T);
