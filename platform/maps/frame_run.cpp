@@ -55,9 +55,8 @@ Outcome<std::unique_ptr<FrameRun>> FrameRun::prepare() {
   TESSERA_TRY_ASSIGN(run->memory_,
                      ArenaMemory::allocate(FrameFinder::required_bytes(), "free some memory"));
   Arena arena(run->memory_.span());
-  Result<FrameFinder> finder = FrameFinder::make(arena);
-  if (!finder.ok()) return Failure{"aligning maps: the memory is too small", FailureKind::kFailure};
-  run->finder_ = *finder;
+  if (FrameFinder::make_at(run->finder_, arena) != Status::kOk)
+    return Failure{"aligning maps: the memory is too small", FailureKind::kFailure};
   return run;
 }
 
@@ -69,17 +68,6 @@ Outcome<FrameAnswer> FrameRun::find(const LocalMap& a, const LocalMap& b,
     if (done) done(finder_.steps());
   }
   return finder_.answer();
-}
-
-FrameQuestion question_of(const std::optional<Matrix34d>& guess) noexcept {
-  const SearchReach& reach = guess ? kNearGuess : kAnywhere;
-  FrameQuestion question;
-  if (guess) question.T_a_b_guess = *guess;
-  question.is_guess = guess.has_value();
-  question.reach_m = reach.xy_m;
-  question.reach_z_m = reach.z_m;
-  question.yaw_steps = reach.yaw_steps;
-  return question;
 }
 
 FrameQuestion question_of(const std::optional<Matrix34d>& guess, const MapIdentity& a,
