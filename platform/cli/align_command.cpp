@@ -16,7 +16,6 @@
 #include "maps/frame_run.hpp"
 #include "maps/open_map.hpp"
 #include "scans/transform_file.hpp"
-#include "tessera/base/rigid.hpp"
 
 namespace tessera {
 
@@ -72,19 +71,13 @@ void print(const FrameAnswer& answer, const AlignOptions& options) {
   print_agreement("there", answer.agreement);
 }
 
-/// A guess that was given; else the frames that the maps have, if both have one.
 Outcome<FrameQuestion> question_for(const AlignOptions& options, const StoredMap& a,
                                     const StoredMap& b) {
+  std::optional<Matrix34d> guess;
   if (!options.guess.empty()) {
-    TESSERA_TRY_ASSIGN(const Matrix34d guess, read_transform(options.guess));
-    return question_of(guess);
+    TESSERA_TRY_ASSIGN(guess, read_transform(options.guess));
   }
-  FrameQuestion question = question_of(std::nullopt);
-  const MapIdentity& of_a = a.header.identity;
-  const MapIdentity& of_b = b.header.identity;
-  if (of_a.has_T_global_map && of_b.has_T_global_map)
-    question.T_a_b_guess = product(inverse(of_a.T_global_map), of_b.T_global_map);
-  return question;
+  return question_of(guess, a.header.identity, b.header.identity);
 }
 
 Outcome<FrameAnswer> find(const StoredMap& a, const StoredMap& b, const FrameQuestion& question) {

@@ -10,6 +10,8 @@
 #include <numbers>
 #include <vector>
 
+#include "tessera/base/rigid.hpp"
+
 namespace tessera {
 
 namespace {
@@ -53,9 +55,8 @@ Outcome<std::unique_ptr<FrameRun>> FrameRun::prepare() {
   TESSERA_TRY_ASSIGN(run->memory_,
                      ArenaMemory::allocate(FrameFinder::required_bytes(), "free some memory"));
   Arena arena(run->memory_.span());
-  Result<FrameFinder> finder = FrameFinder::make(arena);
-  if (!finder.ok()) return Failure{"aligning maps: the memory is too small", FailureKind::kFailure};
-  run->finder_ = *finder;
+  if (FrameFinder::make_at(run->finder_, arena) != Status::kOk)
+    return Failure{"aligning maps: the memory is too small", FailureKind::kFailure};
   return run;
 }
 
@@ -69,14 +70,11 @@ Outcome<FrameAnswer> FrameRun::find(const LocalMap& a, const LocalMap& b,
   return finder_.answer();
 }
 
-FrameQuestion question_of(const std::optional<Matrix34d>& guess) noexcept {
-  const SearchReach& reach = guess ? kNearGuess : kAnywhere;
-  FrameQuestion question;
-  if (guess) question.T_a_b_guess = *guess;
-  question.is_guess = guess.has_value();
-  question.reach_m = reach.xy_m;
-  question.reach_z_m = reach.z_m;
-  question.yaw_steps = reach.yaw_steps;
+FrameQuestion question_of(const std::optional<Matrix34d>& guess, const MapIdentity& a,
+                          const MapIdentity& b) noexcept {
+  FrameQuestion question = question_of(guess);
+  if (!guess && a.has_T_global_map && b.has_T_global_map)
+    question.T_a_b_guess = product(inverse(a.T_global_map), b.T_global_map);
   return question;
 }
 

@@ -11,18 +11,10 @@
 #include "base/arena_memory.hpp"
 #include "base/json.hpp"
 #include "base/outcome.hpp"
-#include "tessera/frames/frame_finder.hpp"
+#include "tessera/frames/search_reach.hpp"
+#include "tessera/map/map_file.hpp"
 
 namespace tessera {
-
-/// A search is much narrower where there is a guess; metres, and steps of two degrees.
-struct SearchReach {
-  double xy_m = 0.0;
-  double z_m = 0.0;
-  int yaw_steps = 0;
-};
-inline constexpr SearchReach kAnywhere{72.0, 12.0, YawSearch::kYaws / 2};
-inline constexpr SearchReach kNearGuess{10.0, 3.0, 10};
 
 class FrameRun {
  public:
@@ -49,7 +41,9 @@ class FrameRun {
   FrameFinder finder_;
 };
 
-[[nodiscard]] FrameQuestion question_of(const std::optional<Matrix34d>& guess) noexcept;
+/// Without a guess, the frames of the maps are the middle of the search if both have one.
+[[nodiscard]] FrameQuestion question_of(const std::optional<Matrix34d>& guess, const MapIdentity& a,
+                                        const MapIdentity& b) noexcept;
 
 /// "moved by 1.2, 0.3, 0 m, turned by 22.5 degrees".
 [[nodiscard]] std::string motion_text(const Matrix34d& T);

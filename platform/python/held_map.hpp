@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -80,8 +81,7 @@ class HeldMap {
     return read(current());
   }
 
- protected:
-  /// The map that is read: of submaps another one after each that ends.
+  /// The map that is read: of submaps another one after each that ends. For who has the gate.
   [[nodiscard]] virtual const LocalMap& current() const { return *map_; }
 
  private:
@@ -91,6 +91,10 @@ class HeldMap {
   std::shared_ptr<Gate> gate_;
   std::shared_ptr<StoredMap> stored_;
 };
+
+/// The map of any map file, for reading. Raises InputError iff it cannot be read; Error iff the
+/// system does not give the memory.
+[[nodiscard]] std::shared_ptr<HeldMap> load_held(const std::filesystem::path& path);
 
 /// Result of one call of integrate.
 struct IntegrationReport {

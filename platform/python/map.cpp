@@ -5,8 +5,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <filesystem>
-
 #include "arrays.hpp"
 #include "base/number_text.hpp"
 #include "estimates.hpp"
@@ -24,15 +22,6 @@ py::object settings_of(const HeldMap& map) {
       py::str(identity.settings.data(), identity.settings_bytes));
 }
 
-std::shared_ptr<HeldMap> load(const std::filesystem::path& path) {
-  Outcome<std::unique_ptr<StoredMap>> stored = [&] {
-    const py::gil_scoped_release released;
-    return open_map(path.string());
-  }();
-  if (!stored.ok()) raise(stored.failure());
-  return std::make_shared<HeldMap>(std::shared_ptr<StoredMap>(std::move(*stored)));
-}
-
 constexpr const char* kQuery = R"(Estimates of the map at points.
 
 points: (N, 3) or wider, or (3,) for one, float32 or float64, metres, map frame; any layout. A point
@@ -40,6 +29,15 @@ that is not finite or outside of the grid is unknown. sigma: also the counts. Ra
 InputError iff the array has another type or shape.)";
 
 }  // namespace
+
+std::shared_ptr<HeldMap> load_held(const std::filesystem::path& path) {
+  Outcome<std::unique_ptr<StoredMap>> stored = [&] {
+    const py::gil_scoped_release released;
+    return open_map(path.string());
+  }();
+  if (!stored.ok()) raise(stored.failure());
+  return std::make_shared<HeldMap>(std::shared_ptr<StoredMap>(std::move(*stored)));
+}
 
 void add_map(py::module_& module) {
   add_estimates(module);
@@ -104,7 +102,7 @@ low, high: x y z, metres, map frame; they may be infinite. Raises InputError iff
                            counted(label_voxels, "voxel"));
       });
   add_ray_queries(module, type);
-  module.def("load", &load, py::arg("path"),
+  module.def("load", &load_held, py::arg("path"),
              R"(The map of a .tsm file, local or global, for reading; LocalMap.load continues one.
 
 Raises InputError iff the file is missing, damaged or of another kind; Error iff the system does not

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The module tessera._tessera; the package tessera exports its names.
+#include "aligning.hpp"
 #include "class_table.hpp"
 #include "errors.hpp"
 #include "evaluation.hpp"
@@ -21,6 +22,7 @@ PYBIND11_MODULE(_tessera, module) {
   add_map(module);
   add_local_map(module);
   add_fusing(module);
+  add_aligning(module);
   add_sharer(module);
   add_evaluation(module);
   add_scans(module);

@@ -17,7 +17,7 @@ namespace {
 
 using Corner = std::array<double, 3>;
 
-py::array_t<double> array_of(const Matrix34d& T) {
+py::array_t<double> rows_of(const Matrix34d& T) {
   py::array_t<double> array({3, 4});
   std::copy_n(T.data(), 12, array.mutable_data());
   return array;
@@ -44,8 +44,8 @@ py::list teammates(const HeldSharer& held, std::optional<std::int64_t> now_us) {
   for (const TeammatePlace& place : places) {
     py::dict one;
     one["robot"] = place.robot;
-    one["T_global_body"] = array_of(place.T_map_body);
-    one["T_map_body"] = array_of(product(T_map_global, place.T_map_body));
+    one["T_global_body"] = rows_of(place.T_map_body);
+    one["T_map_body"] = rows_of(product(T_map_global, place.T_map_body));
     one["low"] = corner_of(place.box.low);
     one["high"] = corner_of(place.box.high);
     one["velocity"] = Corner{place.velocity.x(), place.velocity.y(), place.velocity.z()};

@@ -7,6 +7,7 @@
 #include <string>
 #include <type_traits>
 
+#include "tessera/frames/frame_finder.hpp"
 #include "tessera/map/cast_ray.hpp"
 #include "tessera/robot/robot.hpp"
 #include "tessera/tessera.h"
@@ -64,6 +65,14 @@ static_assert(TESSERA_RAY_MAX_RANGE == number(RayHit::End::kMaxRange));
 static_assert(TESSERA_RAY_OCCUPIED == number(RayHit::End::kOccupied));
 static_assert(TESSERA_RAY_UNKNOWN == number(RayHit::End::kUnknown));
 static_assert(TESSERA_RAY_INVALID == number(RayHit::End::kInvalid));
+
+static_assert(TESSERA_FRAME_FOUND == number(FrameVerdict::kFound));
+static_assert(TESSERA_FRAME_TOO_LITTLE == number(FrameVerdict::kTooLittle));
+static_assert(TESSERA_FRAME_NONE_FITS == number(FrameVerdict::kNoneFits));
+static_assert(TESSERA_FRAME_CONTRADICTED == number(FrameVerdict::kContradicted));
+static_assert(TESSERA_FRAME_AMBIGUOUS == number(FrameVerdict::kAmbiguous));
+static_assert(TESSERA_FRAME_LOOSE == number(FrameVerdict::kLoose));
+static_assert(TESSERA_FRAME_OUT_OF_REACH == number(FrameVerdict::kOutOfReach));
 
 static_assert(TESSERA_ALIGNMENT == kArenaAlignment);
 static_assert(TESSERA_MOST_DATAGRAM_BYTES == kMostDatagramBytes);

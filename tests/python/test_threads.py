@@ -55,7 +55,7 @@ def test_work_leaves_the_interpreter_to_others(street, tmp_path):
     other.integrate(scan.points, scan.components)
     for work in (lambda: made.integrate(scan.points, scan.components), lambda: made.query(places), lambda: made.voxels(),
                  lambda: made.save(path), lambda: tessera.load(path), made.digest, lambda: tessera.fuse([made, other]),
-                 lambda: made.cast_rays(np.zeros(3), places, 20.0), lambda: made.nearest_occupied(places[:2000], 5.0),
+                 lambda: tessera.align(made, other), lambda: made.cast_rays(np.zeros(3), places, 20.0), lambda: made.nearest_occupied(places[:2000], 5.0),
                  lambda: tessera.Evaluation(made).add(scan.points, scan.components),
                  lambda: tessera.Dataset(street / "robot_0")[0]):
         # What takes a millisecond may be over before the other thread wakes up.

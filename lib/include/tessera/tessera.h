@@ -21,6 +21,7 @@
 #pragma once
 
 #include "tessera/c/config.h"
+#include "tessera/c/frames.h"
 #include "tessera/c/report.h"
 
 #ifdef __cplusplus
@@ -207,6 +208,35 @@ tessera_status tessera_remove_session(tessera_robot* robot, uint32_t number);
 /// The session of that place, from 0. TESSERA_OUT_OF_RANGE iff there are not so many.
 tessera_status tessera_session_at(const tessera_robot* robot, uint32_t index,
                                   tessera_session* session);
+
+// --- The transform between two maps ----------------------------------------------------------
+
+/// Searches, in memory of its own. For one thread at a time.
+typedef struct tessera_frame_finder tessera_frame_finder;
+
+/// A short phrase, for messages; for any number. Static.
+const char* tessera_frame_verdict_text(uint32_t verdict);
+tessera_status tessera_frame_finder_bytes(uint64_t* bytes);
+/// Makes a finder in memory, which must be aligned to TESSERA_ALIGNMENT and stay where it is. It
+/// may be used anew at any time. TESSERA_RESOURCE_EXHAUSTED iff bytes are too few.
+tessera_status tessera_frame_finder_make(void* memory, uint64_t bytes,
+                                         tessera_frame_finder** finder);
+/// Starts a search for T_a_b between a map of a and a map of b, which may be one robot. Neither may
+/// be worked on until a step says TESSERA_FRAME_SEARCHING or TESSERA_FRAME_DONE; with a window or
+/// in submaps, what is in memory counts. T_a_b_guess: 12 numbers, rows first: within 10 m in x and
+/// y, 3 m in z and 20 degrees; or NULL: any heading, within 72 m in x and y and 12 m in z of where
+/// the frames put local maps, else of the identity. Fails, and an earlier search goes on, with
+/// TESSERA_BUSY iff a global map is not settled; TESSERA_INVALID_ARGUMENT iff the guess is not
+/// rigid.
+tessera_status tessera_frame_finder_begin(tessera_frame_finder* finder, const tessera_robot* a,
+                                          uint32_t map_a, const tessera_robot* b, uint32_t map_b,
+                                          const double* T_a_b_guess);
+/// The next piece of work, which is bounded [FrameFinder::step]. state: TESSERA_FRAME_READING, ...
+/// TESSERA_INVALID_ARGUMENT iff no search was begun.
+tessera_status tessera_frame_finder_step(tessera_frame_finder* finder, uint32_t* state);
+/// TESSERA_BUSY iff the search is not done; TESSERA_INVALID_ARGUMENT iff none was begun.
+tessera_status tessera_frame_finder_answer(const tessera_frame_finder* finder,
+                                           tessera_frame_answer* answer);
 
 // --- Reports --------------------------------------------------------------------------------
 

@@ -48,6 +48,13 @@ inline const LocalMap& map_of(const tessera_robot& robot, std::uint32_t map) noe
   const Robot& both = *robot.robot;
   return map == TESSERA_LOCAL_MAP ? both.map() : both.global().map();
 }
+/// Where the local map is in the global frame.
+inline Matrix34d frame_of_local(const tessera_robot& robot) noexcept {
+  const Sharer& sharer = robot.robot->sharer();
+  const std::uint32_t submap = robot.robot->maps().number();
+  const bool is_open = submap == sharer.submap().submap || !sharer.frames().has(submap);
+  return is_open ? sharer.frame() : sharer.frame_of(submap);
+}
 /// Whether all of the map can be read as one.
 inline bool is_settled(const tessera_robot& robot, std::uint32_t map) noexcept {
   return map == TESSERA_LOCAL_MAP || robot.robot->global().settled();

@@ -80,10 +80,7 @@ tessera_status tessera_save_map(tessera_robot* robot, uint32_t map, void* worksp
     identity.robot = robot->robot->config().exchange.robot;
     identity.epoch = robot->robot->config().epoch;
     identity.has_T_global_map = true;
-    const Sharer& sharer = robot->robot->sharer();
-    const std::uint32_t submap = robot->robot->maps().number();
-    const bool is_open = submap == sharer.submap().submap || !sharer.frames().has(submap);
-    identity.T_global_map = is_open ? sharer.frame() : sharer.frame_of(submap);
+    identity.T_global_map = frame_of_local(*robot);
   }
   FileOfC file{.write = write, .context = context};
   return status_of(

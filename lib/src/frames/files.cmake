@@ -2,6 +2,7 @@
 # Frames between contributions, and of a team; included by lib/CMakeLists.txt.
 target_sources(tessera
   PUBLIC FILE_SET HEADERS FILES
+    include/tessera/c/frames.h
     include/tessera/frames/frame_finder.hpp
     include/tessera/frames/frame_follower.hpp
     include/tessera/frames/frame_link.hpp
@@ -12,8 +13,10 @@ target_sources(tessera
     include/tessera/frames/internal/symmetric.hpp
     include/tessera/frames/internal/yaw_search.hpp
     include/tessera/frames/map_sketch.hpp
+    include/tessera/frames/search_reach.hpp
     include/tessera/frames/team_frames.hpp
   PRIVATE
+    src/c/tessera_c_frames.cpp
     src/frames/columns.cpp
     src/frames/dense_factor.cpp
     src/frames/frame_finder.cpp

@@ -38,15 +38,21 @@ const char* to_string(FrameVerdict verdict) noexcept {
 }
 
 Result<FrameFinder> FrameFinder::make(Arena& arena) noexcept {
+  FrameFinder result;
+  if (const Status status = make_at(result, arena); status != Status::kOk) return status;
+  return result;
+}
+
+Status FrameFinder::make_at(FrameFinder& place, Arena& arena) noexcept {
   if (!arena.aligned() || arena.remaining_bytes() < required_bytes())
     return Status::kResourceExhausted;
-  FrameFinder result;
-  result.a_ = *MapSketch::make(arena);
-  result.b_ = *MapSketch::make(arena);
-  result.columns_ = *Columns::make(arena);
-  result.search_ = *YawSearch::make(arena);
-  result.scratch_ = arena.take<KeyedIndex>(MapSketch::kScratch);
-  return result;
+  place.a_ = *MapSketch::make(arena);
+  place.b_ = *MapSketch::make(arena);
+  place.columns_ = *Columns::make(arena);
+  if (const Status status = YawSearch::make_at(place.search_, arena); status != Status::kOk)
+    return status;
+  place.scratch_ = arena.take<KeyedIndex>(MapSketch::kScratch);
+  return Status::kOk;
 }
 
 Status FrameFinder::begin(const LocalMap& a, const LocalMap& b,

@@ -35,14 +35,19 @@ constexpr double kSinStep = 0.034899496702500972;
 }  // namespace
 
 Result<YawSearch> YawSearch::make(Arena& arena) noexcept {
+  YawSearch result;
+  if (const Status status = make_at(result, arena); status != Status::kOk) return status;
+  return result;
+}
+
+Status YawSearch::make_at(YawSearch& place, Arena& arena) noexcept {
   if (!arena.aligned() || arena.remaining_bytes() < required_bytes())
     return Status::kResourceExhausted;
-  YawSearch result;
-  result.tall_ = arena.take<std::int16_t>(kImage);
-  result.low_ = arena.take<std::int16_t>(kImage);
-  result.sums_ = arena.take<std::int16_t>(kSums);
-  result.features_ = arena.take<Feature>(kMostFeatures);
-  return result;
+  place.tall_ = arena.take<std::int16_t>(kImage);
+  place.low_ = arena.take<std::int16_t>(kImage);
+  place.sums_ = arena.take<std::int16_t>(kSums);
+  place.features_ = arena.take<Feature>(kMostFeatures);
+  return Status::kOk;
 }
 
 std::array<double, 2> YawSearch::direction(int step) noexcept {

@@ -13,6 +13,7 @@ from ._refusals import shorten as _shorten
 
 _shorten(_tessera)
 
+from ._tessera import Alignment as Alignment
 from ._tessera import ClassTable as ClassTable
 from ._tessera import Clouds as Clouds
 from ._tessera import Dataset as Dataset
@@ -31,6 +32,7 @@ from ._tessera import Session as Session
 from ._tessera import Sharer as Sharer
 from ._tessera import Voxels as Voxels
 from ._tessera import __version__ as __version__
+from ._tessera import align as align
 from ._tessera import fuse as fuse
 from ._tessera import load as load
 from ._tessera import read_cloud as read_cloud
@@ -55,6 +57,6 @@ class RayEnd(enum.IntEnum):
 
 
 __all__ = [
-    "ClassTable", "Clouds", "Dataset", "Error", "Estimates", "Evaluation", "FusedMap", "InputError", "LocalMap", "Map",
-    "Nearest", "RayEnd", "Rays", "Scan", "ScanReport", "Session", "Sharer", "State", "Voxels", "__version__", "fuse",
-    "load", "read_cloud", "read_transform"]
+    "Alignment", "ClassTable", "Clouds", "Dataset", "Error", "Estimates", "Evaluation", "FusedMap", "InputError",
+    "LocalMap", "Map", "Nearest", "RayEnd", "Rays", "Scan", "ScanReport", "Session", "Sharer", "State", "Voxels",
+    "__version__", "align", "fuse", "load", "read_cloud", "read_transform"]

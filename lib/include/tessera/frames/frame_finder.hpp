@@ -77,6 +77,8 @@ class FrameFinder {
   }
   /// Fails with kResourceExhausted iff the arena has too little memory or is not aligned.
   [[nodiscard]] static Result<FrameFinder> make(Arena& arena) noexcept;
+  /// The same in place, with little stack. The place may hold anything if it fails.
+  [[nodiscard]] static Status make_at(FrameFinder& place, Arena& arena) noexcept;
   FrameFinder() noexcept = default;
 
   /// Starts anew. The maps must stay as they are until step() has taken them in (taken_in()).

@@ -34,6 +34,8 @@ class YawSearch {
            arena_bytes<Feature>(kMostFeatures);
   }
   [[nodiscard]] static Result<YawSearch> make(Arena& arena) noexcept;
+  /// The same in place, with little stack. The place may hold anything if it fails.
+  [[nodiscard]] static Status make_at(YawSearch& place, Arena& arena) noexcept;
   YawSearch() noexcept = default;
 
   /// Takes the columns of the sketch that is moved. O(columns).
