@@ -15,6 +15,9 @@
 
 namespace tessera {
 
+// For the pair at hand, one pair at a time.
+static_assert(FrameFinder::required_bytes() <= std::size_t{16} << 20U);
+
 struct FinderRig {
   AlignedMemory memory{FrameFinder::required_bytes()};
   FrameFinder finder;

@@ -67,7 +67,7 @@ class FrameFinder {
   static constexpr double kLeastOfAll = 1'000.0;    ///< where much is.
   static constexpr double kMuch = 0.5;  ///< Of all samples those that agree: in between it falls.
   static constexpr double kLeastShare = 0.95;
-  static constexpr double kMostSecond = 0.7;  ///< Of the support of the best.
+  static constexpr double kMostSecond = 0.5;  ///< Of the support of the best.
   static constexpr double kMostSigma_m = 0.1;
   static constexpr double kMostSigma_rad = 0.0087;  ///< Half a degree.
 
