@@ -65,9 +65,10 @@ void print(const FrameAnswer& answer, const AlignOptions& options) {
   std::printf("%s and %s: %s\n", options.maps[0].c_str(), options.maps[1].c_str(),
               to_string(answer.verdict));
   std::printf("  %s is %s\n", options.maps[1].c_str(), motion_text(answer.T_a_b).c_str());
-  std::printf("  standard deviation of the direction least held %.3f m, %.2f degrees\n",
-              answer.worst_sigma_m, 57.29577951308232 * answer.worst_sigma_rad);
-  print_agreement(options.guess.empty() ? "as it was" : "guess", answer.agreement_guess);
+  if (is_held(answer))
+    std::printf("  standard deviation of the direction least held %.3f m, %.2f degrees\n",
+                answer.worst_sigma_m, degrees_of(answer.worst_sigma_rad));
+  print_agreement(options.guess.empty() ? "before" : "guess", answer.agreement_guess);
   print_agreement("there", answer.agreement);
 }
 

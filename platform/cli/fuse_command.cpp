@@ -26,8 +26,8 @@ constexpr Setting kFuseFileRows[] = {
 };
 constexpr SettingTable<FuseOptions> kFuseFileSettings{kFuseFileRows};
 
-void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
-                   const std::string& out) {
+void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs, const std::string& out,
+                   bool aligned) {
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   const auto is_session = [](const FuseInput& input) { return input.session.has_value(); };
   const auto sessions =
@@ -58,10 +58,10 @@ void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
                   count(robot.whole.judged));
   }
   for (const PairAlignment& pair : run.pairs) {
-    if (pair.frame && pair.frame->verdict == FrameVerdict::kFound)
+    if (pair.frame)
       std::printf("  %s and %s: surfaces agree at %.1f %% of what stands and both have seen\n",
                   inputs[pair.first].path.c_str(), inputs[pair.second].path.c_str(),
-                  100.0 * pair.frame->agreement.share());
+                  100.0 * (aligned ? pair.frame->agreement : pair.frame->agreement_guess).share());
     if (!pair.labels) continue;
     std::printf("  %s and %s: the same class at %.1f %% of common voxels\n",
                 inputs[pair.first].path.c_str(), inputs[pair.second].path.c_str(),
@@ -104,7 +104,8 @@ Outcome<void> run_fuse(const FuseOptions& options) {
                      diffusion_of(options.diffusion, inputs.front().stored->map.config()));
 
   warnings.clear();
-  TESSERA_TRY_ASSIGN(const std::vector<PairAlignment> pairs, pairs_of(options, inputs, warnings));
+  TESSERA_TRY_ASSIGN(const std::vector<PairAlignment> pairs,
+                     pairs_of(options, !sessions.empty(), inputs, warnings));
   TESSERA_TRY(add_sessions(sessions, inputs, warnings));
   warn_of(warnings);
   TESSERA_TRY_ASSIGN(const std::unique_ptr<FusionRun> fusion,
@@ -124,7 +125,7 @@ Outcome<void> run_fuse(const FuseOptions& options) {
   fusion->measure(file.digest);
   warn_of(losses_of(run));
   warn_of(doubts_of(run, inputs.front().stored->map.classes()));
-  print_summary(run, inputs, options.out);
+  print_summary(run, inputs, options.out, options.align);
   return write_report(to_json(run, inputs, config_json), options.report);
 }
 

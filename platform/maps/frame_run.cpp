@@ -73,10 +73,21 @@ Outcome<FrameAnswer> FrameRun::find(const LocalMap& a, const LocalMap& b,
 FrameQuestion question_of(const std::optional<Matrix34d>& guess, const MapIdentity& a,
                           const MapIdentity& b) noexcept {
   FrameQuestion question = question_of(guess);
-  if (!guess && a.has_T_global_map && b.has_T_global_map)
-    question.T_a_b_guess = product(inverse(a.T_global_map), b.T_global_map);
+  // A global map is in the global frame.
+  const auto is_placed = [](const MapIdentity& map) {
+    return map.has_T_global_map || map.kind == MapKind::kGlobal;
+  };
+  const auto frame_of = [](const MapIdentity& map) {
+    return map.has_T_global_map ? map.T_global_map : Matrix34d(Matrix34d::Identity());
+  };
+  if (!guess && is_placed(a) && is_placed(b))
+    question.T_a_b_guess = between_frames(frame_of(a), frame_of(b));
   return question;
 }
+
+bool is_held(const FrameAnswer& answer) noexcept { return answer.worst_sigma_m > 0.0; }
+
+double degrees_of(double rad) noexcept { return rad / kDegree; }
 
 double angle_deg(const Matrix34d& T) {
   // By the sine too, as the cosine says little of small angles.
@@ -89,7 +100,7 @@ double angle_deg(const Matrix34d& T) {
 }
 
 std::string motion_text(const Matrix34d& T) {
-  return fmt::format("moved by {:.2f}, {:.2f}, {:.2f} m, turned by {:.2f} degrees", T(0, 3),
+  return fmt::format("moved by {:.2f}, {:.2f}, {:.2f} m and turned by {:.2f} degrees", T(0, 3),
                      T(1, 3), T(2, 3), angle_deg(T));
 }
 
@@ -99,10 +110,10 @@ Json to_json(const FrameAnswer& answer) {
   transform.insert(transform.end(), {0.0, 0.0, 0.0, 1.0});
   const Point3d& middle = answer.middle_a;
   return {{"transform", transform},
-          {"covariance", answer.covariance},
+          {"covariance", is_held(answer) ? Json(answer.covariance) : Json()},
           {"covariance_about", {middle.x(), middle.y(), middle.z()}},
-          {"sigma_m", answer.worst_sigma_m},
-          {"sigma_deg", answer.worst_sigma_rad / kDegree},
+          {"sigma_m", is_held(answer) ? Json(answer.worst_sigma_m) : Json()},
+          {"sigma_deg", is_held(answer) ? Json(answer.worst_sigma_rad / kDegree) : Json()},
           {"agreement", to_json(answer.agreement)},
           {"agreement_before", to_json(answer.agreement_guess)},
           {"support", answer.support},

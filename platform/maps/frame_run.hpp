@@ -45,6 +45,9 @@ class FrameRun {
 [[nodiscard]] FrameQuestion question_of(const std::optional<Matrix34d>& guess, const MapIdentity& a,
                                         const MapIdentity& b) noexcept;
 
+/// Whether surfaces hold the transform, and the covariance is known.
+[[nodiscard]] bool is_held(const FrameAnswer& answer) noexcept;
+[[nodiscard]] double degrees_of(double rad) noexcept;
 /// "moved by 1.2, 0.3, 0 m, turned by 22.5 degrees".
 [[nodiscard]] std::string motion_text(const Matrix34d& T);
 /// The angle of a rotation, degrees, 0 .. 180.

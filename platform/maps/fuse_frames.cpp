@@ -8,108 +8,12 @@
 #include <cstdint>
 #include <span>
 
-#include "base/number_text.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/frames/team_frames.hpp"
 
 namespace tessera {
 
 namespace {
-
-/// Compared voxels of a pair.
-constexpr std::uint32_t kCompared = 20000;
-/// Below this share of equal labels a pair is warned about.
-constexpr double kLeastAgreement = 0.5;
-constexpr std::uint32_t kLeastCommon = 100;
-/// A frame that is found near the given one is another one from here on.
-constexpr double kOff_m = 0.15;
-constexpr double kOff_voxels = 1.0;
-constexpr double kOff_deg = 0.5;
-
-bool is_whole(const FuseInput& input) { return input.id.submap == 0; }
-
-Matrix34d frame_of(const FuseInput& input) {
-  return product(input.T_global_map, input.T_map_submap);
-}
-
-/// T_first_second as the frames have it.
-Matrix34d between(const FuseInput& first, const FuseInput& second) {
-  const Matrix34d of_first = frame_of(first);
-  const Matrix34d of_second = frame_of(second);
-  return of_first == of_second ? Matrix34d(Matrix34d::Identity())
-                               : product(inverse(of_first), of_second);
-}
-
-std::string names_of(const FuseInput& first, const FuseInput& second) {
-  return first.path + " and " + second.path;
-}
-
-/// Near where the frames put it.
-FrameQuestion near_question(const Matrix34d& T_first_second) {
-  FrameQuestion question;
-  question.T_a_b_guess = T_first_second;
-  question.is_guess = true;
-  question.reach_m = 3.0;
-  question.reach_z_m = 2.0;
-  question.yaw_steps = 4;
-  return question;
-}
-
-/// How far a frame that was found is from the given one: in the middle of the overlap, and turned.
-struct Offset {
-  Point3d shift_m;
-  double turn_deg = 0.0;
-};
-Offset offset_of(const FrameAnswer& found, const Matrix34d& given) {
-  const Point3d middle_b = apply(inverse(found.T_a_b), found.middle_a);
-  return {found.middle_a - apply(given, middle_b), angle_deg(product(found.T_a_b, inverse(given)))};
-}
-
-/// The warning about a pair whose surfaces lie on each other elsewhere; empty: they lie well.
-std::optional<Message> surface_warning(const FuseInput& first, const FuseInput& second,
-                                       const FrameAnswer& found, const Matrix34d& given) {
-  if (found.verdict != FrameVerdict::kFound) return std::nullopt;
-  const double resolution_m = first.stored->map.config().resolution_m;
-  const Offset off = offset_of(found, given);
-  if (norm(off.shift_m) < std::max(kOff_m, kOff_voxels * resolution_m) && off.turn_deg < kOff_deg)
-    return std::nullopt;
-  return Message(fmt::format(
-      "{} are misaligned: they agree better if the second is moved by {:.2f}, {:.2f}, {:.2f} m "
-      "there and turned by {:.1f} degrees in the frame of the first; check their transforms, or "
-      "have them found",
-      names_of(first, second), off.shift_m.x(), off.shift_m.y(), off.shift_m.z(), off.turn_deg));
-}
-
-/// is_placed: surfaces say that the frames are right, and know better.
-std::optional<Message> label_warning(const FuseInput& first, const FuseInput& second,
-                                     const Alignment& alignment, bool is_placed) {
-  const double resolution_m = first.stored->map.config().resolution_m;
-  if (alignment.common < kLeastCommon) return std::nullopt;
-  if (alignment.shifted() && !is_placed) {
-    const auto metres = [&](std::size_t axis) {
-      return text_of(alignment.best_shift[axis] * resolution_m);
-    };
-    return Message(names_of(first, second) +
-                   " are misaligned: they agree better if the second is moved by " + metres(0) +
-                   ", " + metres(1) + ", " + metres(2) +
-                   " m in the frame of the first; check their transforms");
-  }
-  if (alignment.agreement() < kLeastAgreement)
-    return Message(names_of(first, second) + " have the same class at " +
-                   text_of(100.0 * alignment.agreement()) +
-                   " % of their common voxels; check their transforms and labels");
-  return std::nullopt;
-}
-
-/// By labels; empty: none are common.
-std::optional<Alignment> labels_of(const FuseInput& first, const FuseInput& second,
-                                   const Matrix34d& T_first_second) {
-  const LocalMap& map = first.stored->map;
-  const Result<GridTransform> T = GridTransform::make(T_first_second, map.config().resolution_m);
-  if (!T.ok()) return std::nullopt;
-  const Alignment alignment = AlignmentCheck::measure(map, second.stored->map, *T, kCompared);
-  return alignment.common == 0 ? std::nullopt : std::optional(alignment);
-}
 
 /// What a search says of a pair, for TeamFrames. The members are the places of the inputs.
 FrameLink link_of(std::size_t from, std::size_t to, const FrameAnswer& answer) {
@@ -138,17 +42,25 @@ Outcome<FrameAnswer> search(FrameRun& run, const FuseInput& a, const FuseInput& 
   return run.find(map_a, map_b, question_of(std::nullopt));
 }
 
-/// Searches all pairs from both sides; links of those that were found.
+/// Searches all pairs from both sides; links of those that were found from both.
 Outcome<std::vector<PairAlignment>> search_pairs(const std::vector<FuseInput>& inputs,
                                                  std::vector<FrameLink>& links) {
   TESSERA_TRY_ASSIGN(const std::unique_ptr<FrameRun> run, FrameRun::prepare());
   std::vector<PairAlignment> pairs;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    for (std::size_t j = 0; j < inputs.size(); ++j) {
-      if (i == j) continue;
-      TESSERA_TRY_ASSIGN(const FrameAnswer answer, search(*run, inputs[i], inputs[j]));
-      if (answer.verdict == FrameVerdict::kFound) links.push_back(link_of(i, j, answer));
-      if (i < j) pairs.push_back({i, j, std::nullopt, answer});
+    for (std::size_t j = i + 1; j < inputs.size(); ++j) {
+      TESSERA_TRY_ASSIGN(const FrameAnswer there, search(*run, inputs[i], inputs[j]));
+      PairAlignment pair{i, j, std::nullopt, there};
+      if (there.verdict == FrameVerdict::kFound) {
+        TESSERA_TRY_ASSIGN(const FrameAnswer back, search(*run, inputs[j], inputs[i]));
+        if (back.verdict == FrameVerdict::kFound) {
+          links.push_back(link_of(i, j, there));
+          links.push_back(link_of(j, i, back));
+        } else {
+          pair.frame->verdict = back.verdict;
+        }
+      }
+      pairs.push_back(pair);
     }
   }
   return pairs;
@@ -179,7 +91,8 @@ Failure not_placed(const std::vector<FuseInput>& inputs, std::size_t anchor, std
 
 }  // namespace
 
-Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs) {
+Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs,
+                                                bool with_sessions) {
   if (inputs.size() > kMostAligned)
     return Failure{
         fmt::format("{} maps are too many to find their frames, at most {}; fuse them "
@@ -193,6 +106,10 @@ Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs) 
   TESSERA_TRY_ASSIGN(std::vector<PairAlignment> pairs, search_pairs(inputs, links));
   const auto placed = std::find_if(inputs.begin(), inputs.end(),
                                    [](const FuseInput& input) { return input.placed; });
+  if (with_sessions && placed == inputs.end())
+    return Failure{
+        "sessions are not placed by the maps that are aligned; give the transform of one "
+        "of these maps"};
   const auto anchor =
       placed == inputs.end() ? std::size_t{0} : static_cast<std::size_t>(placed - inputs.begin());
   FramePrior prior;
@@ -210,7 +127,8 @@ Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs) 
     return Failure{"finding the frames of maps: the memory is too small", FailureKind::kFailure};
   const Result<TeamSolution> solution = team->solve(links, std::span(&prior, 1), members);
   if (!solution.ok())
-    return Failure{inputs[anchor].path + ": its transform cannot hold the frames of others"};
+    return Failure{inputs[anchor].path +
+                   ": its transform is too far from the origin; use a nearer one"};
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const RobotFrame& frame = solution->frames[i];
     if (frame.group != solution->frames[anchor].group)
@@ -230,54 +148,11 @@ Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs) 
   return pairs;
 }
 
-std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
-                                        std::vector<Message>& warnings) {
-  std::vector<PairAlignment> pairs;
-  std::unique_ptr<FrameRun> run;
-  if (inputs.size() <= kMostAligned) {
-    Outcome<std::unique_ptr<FrameRun>> prepared = FrameRun::prepare();
-    if (prepared.ok()) run = std::move(*prepared);
-  }
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    for (std::size_t j = i + 1; j < inputs.size(); ++j) {
-      const FuseInput& first = inputs[i];
-      const FuseInput& second = inputs[j];
-      // Those of one robot are as its poses have them.
-      if (first.id.robot == second.id.robot && first.id.submap != second.id.submap) continue;
-      const Matrix34d given = between(first, second);
-      PairAlignment pair{i, j, labels_of(first, second, given), std::nullopt};
-      std::optional<Message> warning;
-      if (run && is_whole(first) && is_whole(second)) {
-        const Outcome<FrameAnswer> answer =
-            run->find(first.stored->map, second.stored->map, near_question(given));
-        if (answer.ok()) pair.frame = *answer;
-      }
-      if (pair.frame) warning = surface_warning(first, second, *pair.frame, given);
-      const bool is_placed = pair.frame && pair.frame->verdict == FrameVerdict::kFound;
-      if (!warning && pair.labels) warning = label_warning(first, second, *pair.labels, is_placed);
-      if (warning) warnings.push_back(*std::move(warning));
-      if (pair.labels || pair.frame) pairs.push_back(pair);
-    }
-  }
-  return pairs;
-}
-
-Outcome<std::vector<PairAlignment>> pairs_of(const FuseOptions& options,
+Outcome<std::vector<PairAlignment>> pairs_of(const FuseOptions& options, bool with_sessions,
                                              std::vector<FuseInput>& inputs,
                                              std::vector<Message>& warnings) {
-  if (options.align) return find_frames(inputs);
+  if (options.align) return find_frames(inputs, with_sessions);
   return align_inputs(inputs, warnings);
-}
-
-Json frames_json(const std::vector<PairAlignment>& pairs, const std::vector<FuseInput>& inputs) {
-  Json json = Json::array();
-  for (const PairAlignment& pair : pairs) {
-    if (!pair.frame) continue;
-    Json row = {{"first", inputs[pair.first].path}, {"second", inputs[pair.second].path}};
-    row.update(to_json(*pair.frame));
-    json.push_back(std::move(row));
-  }
-  return json;
 }
 
 }  // namespace tessera

@@ -106,7 +106,8 @@ Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
   TESSERA_TRY(check_number_of_robots(inputs));
   TESSERA_TRY_ASSIGN(const DiffusionConfig diffusion,
                      diffusion_of(options.diffusion, inputs.front().stored->map.config()));
-  TESSERA_TRY_ASSIGN(std::vector<PairAlignment> pairs, pairs_of(options, inputs, warnings));
+  TESSERA_TRY_ASSIGN(std::vector<PairAlignment> pairs,
+                     pairs_of(options, !sessions.empty(), inputs, warnings));
   for (const GivenSession& session : sessions) {
     TESSERA_TRY_ASSIGN(SessionFile file, load_given(session));
     TESSERA_TRY(add_session(std::move(file), inputs, warnings));

@@ -79,7 +79,7 @@ tessera_status tessera_frame_finder_begin(tessera_frame_finder* finder, const te
   if (T_a_b_guess != nullptr) guess = matrix_of(T_a_b_guess);
   FrameQuestion question = question_of(guess);
   if (!guess && map_a == TESSERA_LOCAL_MAP && map_b == TESSERA_LOCAL_MAP)
-    question.T_a_b_guess = product(inverse(frame_of_local(*a)), frame_of_local(*b));
+    question.T_a_b_guess = between_frames(frame_of_local(*a), frame_of_local(*b));
   const Status status = finder->finder.begin(map_of(*a, map_a), map_of(*b, map_b), question);
   if (status != Status::kOk) return status_of(status);
   finder->has_begun = true;

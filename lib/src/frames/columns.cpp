@@ -78,7 +78,7 @@ Columns::Column* Columns::column_at(const Point3d& p_level) noexcept {
 }
 
 void Columns::draw(const MapSketch& sketch, const Level& level) noexcept {
-  constexpr double kLeastWidth_m = 0.59;
+  constexpr double kLeastWidth_m = 0.79;  // so that 192 shifts are 75 m both ways
   width_m_ = sketch.cell_m();
   while (width_m_ < kLeastWidth_m) width_m_ += sketch.cell_m();
   for (Column& column : columns_) column = Column{};
@@ -100,7 +100,9 @@ void Columns::draw(const MapSketch& sketch, const Level& level) noexcept {
   for (std::uint32_t i = 0; i < sketch.free_cell_count(); ++i)
     mark(level.to_level(sketch.middle_of(sketch.free_cell(i).key)), ColumnMarks::kLowFree,
          ColumnMarks::kTallFree);
+  standing_ = 0;
   for (Column& column : columns_) {
+    if ((column.marks & (ColumnMarks::kLow | ColumnMarks::kTall)) != 0) ++standing_;
     if ((column.marks & ColumnMarks::kLow) != 0)
       column.marks &= static_cast<std::uint8_t>(~unsigned{ColumnMarks::kLowFree});
     if ((column.marks & ColumnMarks::kTall) != 0)

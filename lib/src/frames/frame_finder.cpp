@@ -22,9 +22,9 @@ const char* to_string(FrameVerdict verdict) noexcept {
     case FrameVerdict::kFound:
       return "found";
     case FrameVerdict::kTooLittle:
-      return "a map has too little that stands upright to be recognised by";
+      return "a map has too few upright surfaces";
     case FrameVerdict::kNoneFits:
-      return "the maps have too much nowhere in common";
+      return "the maps have too little in common at any place";
     case FrameVerdict::kContradicted:
       return "where the maps fit best, surfaces of one are in free space of the other";
     case FrameVerdict::kAmbiguous:
@@ -57,9 +57,15 @@ Status FrameFinder::make_at(FrameFinder& place, Arena& arena) noexcept {
 
 Status FrameFinder::begin(const LocalMap& a, const LocalMap& b,
                           const FrameQuestion& question) noexcept {
-  const bool is_valid = check_rigid(question.T_a_b_guess) == Status::kOk &&
-                        is_length(question.reach_m) && is_length(question.reach_z_m) &&
-                        question.yaw_steps >= 0;
+  const auto is_near = [&](int axis) {
+    constexpr double kFarthest_m = 1e6;
+    const double t = question.T_a_b_guess(axis, 3);
+    return t <= kFarthest_m && t >= -kFarthest_m;
+  };
+  const bool is_valid =
+      check_rigid(question.T_a_b_guess) == Status::kOk && is_near(0) && is_near(1) && is_near(2) &&
+      is_length(question.reach_m) && is_length(question.reach_z_m) &&
+      question.reach_z_m <= FrameQuestion::kMostReachZ_m && question.yaw_steps >= 0;
   if (!is_valid) return Status::kInvalidArgument;
   map_a_ = &a;
   map_b_ = &b;
@@ -111,18 +117,20 @@ bool FrameFinder::step() noexcept {
     case Phase::kMoved:
       columns_.draw(b_, level_b_);
       search_.take_moved(columns_);
+      least_standing_ = columns_.standing();
       phase_ = Phase::kFixed;
       break;
     case Phase::kFixed:
       columns_.draw(a_, level_a_);
       search_.take_fixed(columns_, question_.reach_m);
+      if (columns_.standing() < least_standing_) least_standing_ = columns_.standing();
       begin_guess();
       break;
     case Phase::kGuess:
       if (!fit_.step()) break;
       answer_.agreement_guess = fit_.agreement();
       at_ = 0;
-      phase_ = search_.feature_count() < kLeastFeatures ? Phase::kDone : Phase::kYaw;
+      phase_ = least_standing_ < kLeastColumns ? Phase::kDone : Phase::kYaw;
       break;
     case Phase::kYaw:
       try_heading();

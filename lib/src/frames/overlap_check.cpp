@@ -110,7 +110,7 @@ bool OverlapCheck::count(std::uint32_t surfaces) noexcept {
       continue;
     }
     PartReader reader(to);
-    const std::uint32_t stride = from.surface_count() / most_surfaces_ + 1;
+    const std::uint32_t stride = (from.surface_count() + most_surfaces_ - 1) / most_surfaces_;
     for (; n < surfaces && next_ < from.surface_count(); ++n, next_ += stride)
       count_surface(from, from.surface(next_), is_second_ ? T_b_a_ : T_a_b_, to, reader, sums_);
   }

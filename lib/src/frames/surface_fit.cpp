@@ -101,7 +101,9 @@ void SurfaceFit::begin(const MapSketch& a, const MapSketch& b, const Matrix34d& 
   pivot_a_ = pivot_a;
   round_ = round;
   sums_ = {};
-  stride_ = b.surface_count() / most_surfaces + 1;
+  TESSERA_ASSERT(most_surfaces > 0);
+  stride_ = (b.surface_count() + most_surfaces - 1) / most_surfaces;
+  if (stride_ == 0) stride_ = 1;
   next_ = 0;
 }
 

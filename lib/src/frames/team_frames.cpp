@@ -147,7 +147,7 @@ Result<TeamFrames> TeamFrames::make(Arena& arena, std::uint32_t most_robots,
                                     std::uint32_t most_links) noexcept {
   if (most_robots == 0 || most_robots > kMostRobots || most_links > kMostLinks)
     return Status::kInvalidArgument;
-  if (arena.remaining_bytes() < required_bytes(most_robots, most_links))
+  if (!arena.aligned() || arena.remaining_bytes() < required_bytes(most_robots, most_links))
     return Status::kResourceExhausted;
   const std::size_t keys = keys_of(most_robots, most_links);
   const std::size_t unknowns = unknowns_of(most_robots);

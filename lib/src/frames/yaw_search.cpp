@@ -83,7 +83,8 @@ void YawSearch::take_moved(const Columns& columns) noexcept {
 
 void YawSearch::take_fixed(const Columns& columns, double reach_m) noexcept {
   width_m_ = columns.width_m();
-  const int wanted = 2 * floor_to_int(reach_m / width_m_) + 1;
+  // One more on each side, as a peak is higher than its neighbours.
+  const int wanted = 2 * (floor_to_int(reach_m / width_m_) + 2) + 1;
   shifts_ = wanted < kMostShifts ? wanted : kMostShifts;
   for (int y = 0; y < kPadded; ++y) {
     for (int x = 0; x < kPadded; ++x) {
@@ -120,8 +121,9 @@ void YawSearch::add_feature(const Feature& feature, const Candidate& first) noex
   for (int y = from_y; y < to_y; ++y) {
     std::int16_t* const sums = &sums_[static_cast<std::size_t>(y) * kMostShifts];
     const std::int16_t* const row =
-        image.data() + static_cast<std::ptrdiff_t>(first_y + y) * kPadded + first_x;
-    for (int x = from_x; x < to_x; ++x) sums[x] = static_cast<std::int16_t>(sums[x] + row[x]);
+        image.data() + static_cast<std::ptrdiff_t>(first_y + y) * kPadded + (first_x + from_x);
+    for (int x = from_x; x < to_x; ++x)
+      sums[x] = static_cast<std::int16_t>(sums[x] + row[x - from_x]);
   }
 }
 

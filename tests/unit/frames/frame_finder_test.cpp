@@ -101,6 +101,7 @@ TEST_CASE("a guess narrows the search") {
   FinderRig rig;
   // Far beyond the reach, and not found by chance.
   CHECK(rig.find(a->map, b->map).verdict != FrameVerdict::kFound);
+  const std::uint32_t steps_anywhere = rig.finder.steps();
   FrameQuestion question;
   question.is_guess = true;
   question.reach_m = 5.0;
@@ -115,7 +116,7 @@ TEST_CASE("a guess narrows the search") {
   const FrameAnswer answer = rig.find(a->map, b->map, question);
   REQUIRE(answer.verdict == FrameVerdict::kFound);
   CHECK(error_of(answer, truth).shift_m < 0.1);
-  CHECK(rig.finder.steps() < 400);
+  CHECK(rig.finder.steps() < steps_anywhere);
   // How well it fitted before is told beside.
   CHECK(answer.agreement_guess.share() < answer.agreement.share());
 }

@@ -34,11 +34,13 @@ struct FrameQuestion {
   Matrix34d T_a_b_guess = Matrix34d(Matrix34d::Identity());
   bool is_guess = false;
   /// How far off the translation may be, along x and y each, and along z; metres. Of a guess: how
-  /// far off the middle of b may be. Along x and y at most YawSearch::kMostShifts / 2 columns.
+  /// far off the middle of b may be. Along x and y at most YawSearch::kMostShifts / 2 columns,
+  /// that is 75 m or more; along z kMostReachZ_m.
   double reach_m = 72.0;
   double reach_z_m = 12.0;
   /// How far off the heading of a guess may be, both ways; steps of two degrees.
   int yaw_steps = YawSearch::kYaws / 2;
+  static constexpr double kMostReachZ_m = 15.0;
 };
 
 struct FrameAnswer {
@@ -56,6 +58,7 @@ struct FrameAnswer {
   std::uint32_t pairs = 0;  ///< Surfaces on surfaces.
 };
 
+/// Copies share the memory, and a search goes on in the one that began it alone.
 class FrameFinder {
  public:
   /// What a sample that contradicts weighs against one that agrees: the ratio of the logarithms of
@@ -82,8 +85,8 @@ class FrameFinder {
   FrameFinder() noexcept = default;
 
   /// Starts anew. The maps must stay as they are until step() has taken them in (taken_in()).
-  /// Fails with kInvalidArgument iff the guess is not rigid or a reach is not finite, negative or
-  /// too large; the search that was under way goes on then.
+  /// Fails with kInvalidArgument iff the guess is not rigid or over 1000 km, or a reach is not
+  /// finite, negative or too large; the search that was under way goes on then.
   [[nodiscard]] Status begin(const LocalMap& a, const LocalMap& b,
                              const FrameQuestion& question) noexcept;
   /// The next piece of work: 16 entries of a map's index, with their blocks; a sketch finished or
@@ -117,7 +120,7 @@ class FrameFinder {
   static constexpr std::uint32_t kRankedSurfaces = 512;
   static constexpr std::uint32_t kFittedSurfaces = 2'048;
   static constexpr std::uint32_t kCheckedSurfaces = 8'192;
-  static constexpr std::size_t kLeastFeatures = 24;
+  static constexpr std::uint32_t kLeastColumns = 24;  ///< That stand, in each map.
   /// So many neighbouring surfaces err as one.
   static constexpr double kPairsAsOne = 16.0;
 
@@ -159,7 +162,8 @@ class FrameFinder {
   Level level_b_;
   std::array<Finalist, kFinalists> finalists_{};
   std::size_t finalist_count_ = 0;
-  std::size_t best_ = 0;  ///< Of them.
+  std::size_t best_ = 0;              ///< Of them.
+  std::uint32_t least_standing_ = 0;  ///< Columns that stand, of the map with fewer.
   PlaceFit fit_;
   std::array<double, 2> heading_{1.0, 0.0};  ///< Cosine and sine of the guess, levelled.
   SweepCursor cursor_{};

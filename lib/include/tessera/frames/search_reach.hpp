@@ -5,9 +5,18 @@
 
 #include <optional>
 
+#include "tessera/base/internal/quaternion.hpp"
+#include "tessera/base/rigid.hpp"
 #include "tessera/frames/frame_finder.hpp"
 
 namespace tessera {
+
+/// T_a_b of two maps that have a frame each, a rotation to rounding even where these are not quite.
+[[nodiscard]] inline Matrix34d between_frames(const Matrix34d& T_global_a,
+                                              const Matrix34d& T_global_b) noexcept {
+  const Matrix34d T = product(inverse(T_global_a), T_global_b);
+  return transform_of(rotation_of(T), {T(0, 3), T(1, 3), T(2, 3)});
+}
 
 /// A search is much narrower where there is a guess; metres, and steps of two degrees.
 struct SearchReach {

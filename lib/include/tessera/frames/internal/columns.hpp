@@ -24,7 +24,7 @@ struct Level {
   /// T_level_map.
   [[nodiscard]] Matrix34d transform() const noexcept;
 };
-/// Up is at most 12 degrees off the z axis of the map. O(surfaces).
+/// Up is at most 24 degrees off the z axis of the map, mostly under 12. O(surfaces).
 [[nodiscard]] Level level_of(const MapSketch& sketch) noexcept;
 
 /// What a column has: a bit each. Low is up to Columns::kTall_m above the ground around.
@@ -56,6 +56,8 @@ class Columns {
   [[nodiscard]] double lowest_m(int x, int y) const noexcept {
     return column(x, y).lowest * kHeightStep_m;
   }
+  /// How many have something that stands.
+  [[nodiscard]] std::uint32_t standing() const noexcept { return standing_; }
   [[nodiscard]] double width_m() const noexcept { return width_m_; }
   /// The column of a place on an axis of the levelled frame, which may be outside.
   [[nodiscard]] int place(double level_m) const noexcept {
@@ -84,6 +86,7 @@ class Columns {
 
   std::span<Column> columns_;
   double width_m_ = 0.8;
+  std::uint32_t standing_ = 0;
 };
 
 }  // namespace tessera
