@@ -26,7 +26,7 @@ struct PairAlignment {
   std::optional<FrameAnswer> frame{};
 };
 
-/// Of so many maps surfaces are compared: of more it would take minutes.
+/// Surfaces are compared of up to this number of maps: of more it would take minutes.
 inline constexpr std::size_t kMostAligned = 16;
 
 /// Whether it is not one of several submaps.

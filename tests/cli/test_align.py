@@ -149,7 +149,7 @@ class Align(CommandCase):
         turned = product(self.frames[1], [[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
         result, report = self.fuse(*self.transform_of(1, turned))
         self.assertIn("are misaligned", result.stderr)
-        self.assertRegex(result.stderr, r"turned by (3\.[5-9]|4\.[0-5]) degrees")
+        self.assertRegex(result.stderr, r"turned by -(3\.[5-9]|4\.[0-5]) degrees about z")
         frame = report["frames"][0]
         self.assertGreater(frame["agreement"]["share"], frame["agreement_before"]["share"])
 

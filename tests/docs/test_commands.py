@@ -73,6 +73,8 @@ NOT_RUN = {
     "journalctl -u tessera-node@scout -f": "needs the unit",
     "tessera view MAP.tsm [...] [--listen 127.0.0.1:8080] [--everywhere] [--session MAP.tsm] [--transform MAP.tsm=T.txt]": "a synopsis; view_http",
     "tessera view map.tsm": "until it is ended; view_http, view_browser",
+    "tessera align a.tsm b.tsm --out T_a_b.txt --png both.png": "maps of the reader's; cli_align",
+    "tessera fuse a.tsm b.tsm --align --out global.tsm": "maps of the reader's; cli_align",
     "tessera view global.tsm robot_0.tsm robot_1.tsm": "until it is ended; view_http, view_browser",
     "tessera node --config robot_0.toml": "until it is ended; cli_node, and two-robots runs nodes",
     "tessera node --config sensors.toml": "until it is ended; cli_node_restart kills nodes and starts them again",

@@ -97,7 +97,7 @@ def test_what_is_not_sure_is_no_exception(apart, small, wall, tmp_path):
     small.save(tmp_path / "small.tsm")
     refused = tessera.align(small, tmp_path / "small.tsm")
     assert refused.accepted is False and refused.report["accepted"] is False
-    assert refused.reason == refused.report["reason"] and "too little" in refused.reason
+    assert refused.reason == refused.report["reason"] and "too few" in refused.reason
     assert refused.transform.shape == (4, 4) and not refused.covariance.any()
     status, report = aligned_by_command(tmp_path, *2 * [tmp_path / "small.tsm"])
     assert (status, report) == (2, refused.report)

@@ -28,6 +28,7 @@ enum class FrameVerdict : std::uint8_t {
 /// One line for people; what to do about it is in docs/frames.md.
 [[nodiscard]] const char* to_string(FrameVerdict verdict) noexcept;
 
+/// Where to search.
 struct FrameQuestion {
   /// Roughly the transform, where is_guess; else the heading may be any, and this is the middle of
   /// what its translation may be.
@@ -43,6 +44,7 @@ struct FrameQuestion {
   static constexpr double kMostReachZ_m = 15.0;
 };
 
+/// What a search found. Where nothing holds the transform, covariance and sigmas are zero.
 struct FrameAnswer {
   FrameVerdict verdict = FrameVerdict::kTooLittle;
   Matrix34d T_a_b = Matrix34d(Matrix34d::Identity());  ///< The best, whatever the verdict.

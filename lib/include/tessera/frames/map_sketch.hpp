@@ -26,8 +26,10 @@ class MapSketch {
   static constexpr std::uint32_t kMostFreeCells = 81'920;
   static constexpr int kPartsEdge = 4;
 
+  /// How a surface lies.
   enum class Kind : std::uint8_t { kOther = 0, kFlat = 1, kUpright = 2 };
 
+  /// A cell with a surface.
   struct Surface {
     std::uint64_t key = 0;
     std::uint64_t occupied = 0;       ///< Parts, a bit each: x + 4 y + 16 z.
@@ -41,6 +43,7 @@ class MapSketch {
     std::array<std::int8_t, 3> open{};
     Kind kind = Kind::kOther;
   };
+  /// A cell without a surface.
   struct FreeCell {
     std::uint64_t key = 0;
     std::uint64_t free = 0;

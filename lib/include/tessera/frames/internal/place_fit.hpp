@@ -13,6 +13,7 @@ namespace tessera {
 
 class PlaceFit {
  public:
+  /// What is done with a place.
   struct Plan {
     std::span<const SurfaceFit::Round> rounds;  ///< May be none.
     std::uint32_t fitted = 1;                   ///< Surfaces of b.

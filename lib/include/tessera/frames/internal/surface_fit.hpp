@@ -26,6 +26,7 @@ struct FitSums {
 /// 2012; here with a Geman-McClure weight, and less where labels differ.
 class SurfaceFit {
  public:
+  /// How far a round looks.
   struct Round {
     double reach_cells = 1.0;  ///< Pairs are at most so far apart.
     double floor_m = 0.05;

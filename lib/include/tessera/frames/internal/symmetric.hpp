@@ -28,6 +28,7 @@ using Vector6 = std::array<double, 6>;
 /// S v.
 [[nodiscard]] Point3d product(const Symmetric3& S, const Point3d& v) noexcept;
 
+/// Eigenvalues and eigenvectors of a 3x3 matrix.
 struct Eigen3 {
   std::array<double, 3> values{};    ///< Ascending.
   std::array<Point3d, 3> vectors{};  ///< Of length 1.
