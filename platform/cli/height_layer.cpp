@@ -11,7 +11,7 @@ namespace tessera {
 
 namespace {
 
-constexpr auto kSteps = static_cast<float>(kColorScale.size());
+constexpr auto kColorSteps = static_cast<float>(kColorScale.size());
 
 /// The height that this share of the voxels is below.
 float height_at(std::vector<float>& heights_m, double share) {
@@ -27,7 +27,7 @@ HeightScale scale_of(std::vector<float> heights_m) {
   if (heights_m.empty()) return {};
   const float low_m = height_at(heights_m, 0.02);
   const float high_m = height_at(heights_m, 0.98);
-  return {low_m, high_m > low_m ? (high_m - low_m) / kSteps : 1.0F};
+  return {low_m, high_m > low_m ? (high_m - low_m) / kColorSteps : 1.0F};
 }
 
 void ColoringChoice::add(float z_m, int label) {
@@ -47,7 +47,7 @@ std::vector<LegendEntry> color_by_height(const HeightScale& scale, std::span<Ply
   if (voxels.empty()) return {};
   for (PlyVoxel& voxel : voxels) {
     const float step = std::floor((voxel.z - scale.low_m) / scale.step_m);
-    voxel.color = kColorScale[static_cast<std::size_t>(std::clamp(step, 0.0F, kSteps - 1.0F))];
+    voxel.color = kColorScale[static_cast<std::size_t>(std::clamp(step, 0.0F, kColorSteps - 1.0F))];
   }
   std::vector<LegendEntry> legend;
   for (std::size_t step = 0; step < kColorScale.size(); ++step) {
