@@ -42,6 +42,7 @@ Matrix3 upright(const Point3d& up) noexcept {
 
 Matrix34d Level::transform() const noexcept {
   const Point3d t = to_level(Point3d::Zero());
+  const Matrix3& R = rows;
   Matrix34d T;
   T << R[0], R[1], R[2], t.x(), R[3], R[4], R[5], t.y(), R[6], R[7], R[8], t.z();
   return T;
@@ -58,7 +59,7 @@ Level level_of(const MapSketch& sketch) noexcept {
   up = mean_normal(sketch, up, kCos12);
   up = mean_normal(sketch, up, kCos6);
   up = mean_normal(sketch, up, kCos6);
-  level.R = upright(up);
+  level.rows = upright(up);
   return level;
 }
 
@@ -118,19 +119,25 @@ void Columns::mark(const Point3d& p_level, std::uint8_t low, std::uint8_t tall) 
 }
 
 void Columns::find_ground() noexcept {
-  constexpr int kAround = 2;
   for (int y = 0; y < kEdge; ++y) {
     for (int x = 0; x < kEdge; ++x) {
       Column& column = columns_[static_cast<std::size_t>(y) * kEdge + static_cast<std::size_t>(x)];
-      if (column.lowest == kNone) continue;
-      for (int v = y < kAround ? 0 : y - kAround; v <= y + kAround && v < kEdge; ++v) {
-        for (int u = x < kAround ? 0 : x - kAround; u <= x + kAround && u < kEdge; ++u) {
-          const std::int16_t lowest = this->column(u, v).lowest;
-          if (lowest < column.ground) column.ground = lowest;
-        }
-      }
+      if (column.lowest != kNone) column.ground = lowest_around(x, y);
     }
   }
+}
+
+std::int16_t Columns::lowest_around(int x, int y) const noexcept {
+  constexpr int kAround = 2;
+  const auto first = [](int place) { return place < kAround ? 0 : place - kAround; };
+  std::int16_t least = kNone;
+  for (int v = first(y); v <= y + kAround && v < kEdge; ++v) {
+    for (int u = first(x); u <= x + kAround && u < kEdge; ++u) {
+      const std::int16_t lowest = column(u, v).lowest;
+      if (lowest < least) least = lowest;
+    }
+  }
+  return least;
 }
 
 }  // namespace tessera

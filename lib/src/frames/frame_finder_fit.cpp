@@ -58,13 +58,13 @@ Point3d FrameFinder::middle_at(const std::array<double, 2>& heading) const noexc
   if (question_.is_guess)
     return level_a_.to_level(apply(question_.T_a_b_guess, level_b_.origin_map));
   const Matrix34d turn = turned(heading, Point3d::Zero());
-  const Matrix3& A = level_a_.R;
+  const Matrix3& A = level_a_.rows;
   const Matrix34d back = [&] {
     Matrix34d T;
     T << A[0], A[3], A[6], 0.0, A[1], A[4], A[7], 0.0, A[2], A[5], A[8], 0.0;
     return T;
   }();
-  const Matrix3& B = level_b_.R;
+  const Matrix3& B = level_b_.rows;
   Matrix34d to_level;
   to_level << B[0], B[1], B[2], 0.0, B[3], B[4], B[5], 0.0, B[6], B[7], B[8], 0.0;
   const Matrix34d R = product(product(back, turn), to_level);
@@ -134,12 +134,12 @@ void FrameFinder::begin_next() noexcept {
 }
 
 void FrameFinder::take_ranked() noexcept {
-  if (fit_.is_held()) keep_finalist({fit_.T_a_b(), support_of(fit_.agreement())});
+  if (fit_.is_held()) keep_finalist({fit_.transform(), support_of(fit_.agreement())});
   begin_next();
 }
 
 void FrameFinder::take_fitted() noexcept {
-  finalists_[static_cast<std::size_t>(at_)] = {fit_.T_a_b(), support_of(fit_.agreement())};
+  finalists_[static_cast<std::size_t>(at_)] = {fit_.transform(), support_of(fit_.agreement())};
   begin_next();
 }
 
@@ -167,7 +167,7 @@ void FrameFinder::keep_finalist(const Finalist& finalist) noexcept {
 void FrameFinder::take_polished() noexcept {
   phase_ = Phase::kDone;
   const FitSums& sums = fit_.fit().sums();
-  answer_.T_a_b = fit_.T_a_b();
+  answer_.T_a_b = fit_.transform();
   answer_.middle_a = fit_.fit().pivot_a();
   answer_.pairs = sums.pairs;
   answer_.agreement = fit_.agreement();

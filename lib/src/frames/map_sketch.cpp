@@ -14,7 +14,7 @@ namespace {
 constexpr std::array<std::size_t, 6> kFirst{0, 0, 0, 1, 1, 2};
 constexpr std::array<std::size_t, 6> kSecond{0, 1, 2, 1, 2, 2};
 /// Places in voxels are summed up in this share of a voxel, as whole numbers.
-constexpr std::int64_t kSteps = 2 * Centroid::kLevels;
+constexpr std::int64_t kSteps = std::int64_t{2} * Centroid::kLevels;
 
 /// Whether a key is among the one in 2^levels that are kept.
 constexpr bool is_kept(std::uint64_t key, unsigned levels) noexcept {

@@ -58,9 +58,10 @@ void count_surface(const MapSketch& from, const MapSketch::Surface& surface, con
   for (std::uint64_t rest = surface.occupied; rest != 0; rest &= rest - 1) {
     if (place++ % kOneIn != 0) continue;
     const int bit = std::countr_zero(rest);
+    const int y = bit / kEdge % kEdge;
+    const int z = bit / (kEdge * kEdge);
     const Point3d center{(cell.x * kEdge + bit % kEdge + 0.5) * part_m,
-                         (cell.y * kEdge + bit / kEdge % kEdge + 0.5) * part_m,
-                         (cell.z * kEdge + bit / (kEdge * kEdge) + 0.5) * part_m};
+                         (cell.y * kEdge + y + 0.5) * part_m, (cell.z * kEdge + z + 0.5) * part_m};
     const Point3d p = apply(T, center);
     const double to_m = to.part_m();
     const PartReader::State state = state_about(

@@ -32,7 +32,7 @@ bool PlaceFit::step() noexcept {
   if (is_checking_) return check_.count(kStepChecked);
   if (!fit_.add(kStepFitted)) return false;
   is_held_ = fit_.solve();
-  T_a_b_ = fit_.T_a_b();
+  T_a_b_ = fit_.transform();
   pivot_a_ = fit_.sums().middle_a;
   ++round_;
   begin_round();

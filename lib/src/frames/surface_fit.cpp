@@ -64,15 +64,17 @@ void add_pair(FitSums& sums, const Point3d& d, const Symmetric3& M, const Point3
                                                 {0, 0, 1, arm.y(), -arm.x(), 0}}};
   const std::array<std::array<double, 3>, 3> full{
       {{M[0], M[1], M[2]}, {M[1], M[3], M[4]}, {M[2], M[4], M[5]}}};
-  std::array<std::array<double, 6>, 3> MJ{};
+  std::array<std::array<double, 6>, 3> weighted{};
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 6; ++j)
-      MJ[i][j] = weight * (full[i][0] * J[0][j] + full[i][1] * J[1][j] + full[i][2] * J[2][j]);
+      weighted[i][j] =
+          weight * (full[i][0] * J[0][j] + full[i][1] * J[1][j] + full[i][2] * J[2][j]);
   }
   for (std::size_t i = 0; i < 6; ++i) {
     for (std::size_t j = i; j < 6; ++j)
-      sums.information[6 * i + j] += J[0][i] * MJ[0][j] + J[1][i] * MJ[1][j] + J[2][i] * MJ[2][j];
-    sums.right[i] -= MJ[0][i] * d.x() + MJ[1][i] * d.y() + MJ[2][i] * d.z();
+      sums.information[6 * i + j] +=
+          J[0][i] * weighted[0][j] + J[1][i] * weighted[1][j] + J[2][i] * weighted[2][j];
+    sums.right[i] -= weighted[0][i] * d.x() + weighted[1][i] * d.y() + weighted[2][i] * d.z();
   }
 }
 
@@ -97,7 +99,7 @@ void SurfaceFit::begin(const MapSketch& a, const MapSketch& b, const Matrix34d& 
   a_ = &a;
   b_ = &b;
   T_a_b_ = T_a_b;
-  R_ = rotation_rows(T_a_b);
+  rotation_ = rotation_rows(T_a_b);
   pivot_a_ = pivot_a;
   round_ = round;
   sums_ = {};
@@ -118,8 +120,8 @@ void SurfaceFit::add_surface(const Surface& moving) noexcept {
   constexpr double kOtherLabel = 0.25;  // weight where labels differ
   const Point3d p = apply(T_a_b_, b_->center_of(moving));
   const Surface* const fixed = nearest(*a_, p, round_.reach_cells * a_->cell_m());
-  if (fixed == nullptr || are_opposite(moving, R_, *fixed)) return;
-  Symmetric3 C = rotated(R_, covariance_of(moving));
+  if (fixed == nullptr || are_opposite(moving, rotation_, *fixed)) return;
+  Symmetric3 C = rotated(rotation_, covariance_of(moving));
   const Symmetric3 of_fixed = covariance_of(*fixed);
   for (std::size_t k = 0; k < 6; ++k) C[k] += of_fixed[k];
   const double floor = round_.floor_m * round_.floor_m;
@@ -128,8 +130,8 @@ void SurfaceFit::add_surface(const Surface& moving) noexcept {
   C[5] += floor;
   const Symmetric3 M = inverse(C);
   const Point3d d = p - a_->center_of(*fixed);
-  const Point3d Md = product(M, d);
-  const double square = d.x() * Md.x() + d.y() * Md.y() + d.z() * Md.z();
+  const Point3d pull = product(M, d);
+  const double square = d.x() * pull.x() + d.y() * pull.y() + d.z() * pull.z();
   const double robust = kScale2 / (kScale2 + square);
   double weight = robust * robust;
   if (moving.label != 0 && fixed->label != 0 && moving.label != fixed->label) weight *= kOtherLabel;

@@ -40,6 +40,20 @@ void turn(std::array<double, 9>& S, std::array<double, 9>& V, std::size_t p,
   }
 }
 
+/// A = L L^T. False iff A is not positive definite to rounding.
+bool factor(const Matrix6& A, Matrix6& L) noexcept {
+  constexpr std::size_t n = 6;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = A[n * i + j];
+      for (std::size_t k = 0; k < j; ++k) sum -= L[n * i + k] * L[n * j + k];
+      if (i == j && !(sum > 1e-12 * A[n * i + i])) return false;
+      L[n * i + j] = i == j ? std::sqrt(sum) : sum / L[n * j + j];
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 Matrix3 rotation_rows(const Matrix34d& T) noexcept {
@@ -47,14 +61,14 @@ Matrix3 rotation_rows(const Matrix34d& T) noexcept {
 }
 
 Symmetric3 rotated(const Matrix3& R, const Symmetric3& S) noexcept {
-  Matrix3 RS{};
+  Matrix3 half{};
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j)
-      RS[3 * i + j] = R[3 * i] * S[kPlace[j]] + R[3 * i + 1] * S[kPlace[3 + j]] +
-                      R[3 * i + 2] * S[kPlace[6 + j]];
+      half[3 * i + j] = R[3 * i] * S[kPlace[j]] + R[3 * i + 1] * S[kPlace[3 + j]] +
+                        R[3 * i + 2] * S[kPlace[6 + j]];
   }
   const auto entry = [&](std::size_t i, std::size_t j) {
-    return RS[3 * i] * R[3 * j] + RS[3 * i + 1] * R[3 * j + 1] + RS[3 * i + 2] * R[3 * j + 2];
+    return half[3 * i] * R[3 * j] + half[3 * i + 1] * R[3 * j + 1] + half[3 * i + 2] * R[3 * j + 2];
   };
   return {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)};
 }
@@ -106,16 +120,9 @@ Eigen3 eigen_of(const Symmetric3& S) noexcept {
 }
 
 bool invert(const Matrix6& A, Matrix6& inverse) noexcept {
-  constexpr std::size_t n = 6;
   Matrix6 L{};
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      double sum = A[n * i + j];
-      for (std::size_t k = 0; k < j; ++k) sum -= L[n * i + k] * L[n * j + k];
-      if (i == j && !(sum > 1e-12 * A[n * i + i])) return false;
-      L[n * i + j] = i == j ? std::sqrt(sum) : sum / L[n * j + j];
-    }
-  }
+  if (!factor(A, L)) return false;
+  constexpr std::size_t n = 6;
   for (std::size_t column = 0; column < n; ++column) {
     Vector6 x{};
     for (std::size_t i = 0; i < n; ++i) {

@@ -59,26 +59,26 @@ std::array<double, 2> YawSearch::direction(int step) noexcept {
 
 void YawSearch::take_moved(const Columns& columns) noexcept {
   candidate_count_ = 0;
-  for (unsigned levels = 0;; ++levels) {
-    feature_count_ = 0;
-    bool is_full = false;
-    for (int y = 0; y < Columns::kEdge && !is_full; ++y) {
-      for (int x = 0; x < Columns::kEdge && !is_full; ++x) {
-        const std::uint8_t marks = columns.marks(x, y);
-        const auto place = static_cast<std::uint64_t>(x + Columns::kEdge * y);
-        if ((mix64(place + 1) & ((std::uint64_t{1} << levels) - 1)) != 0) continue;
-        for (const std::uint8_t stands : {ColumnMarks::kTall, ColumnMarks::kLow}) {
-          if ((marks & stands) == 0) continue;
-          is_full = feature_count_ == kMostFeatures;
-          if (is_full) break;
-          features_[feature_count_++] = {static_cast<float>(columns.center_m(x)),
-                                         static_cast<float>(columns.center_m(y)),
-                                         stands == ColumnMarks::kTall};
-        }
-      }
+  unsigned levels = 0;
+  while (!gather(columns, levels)) ++levels;
+}
+
+bool YawSearch::gather(const Columns& columns, unsigned levels) noexcept {
+  feature_count_ = 0;
+  for (int place = 0; place < Columns::kEdge * Columns::kEdge; ++place) {
+    const int x = place % Columns::kEdge;
+    const int y = place / Columns::kEdge;
+    const std::uint64_t hash = mix64(static_cast<std::uint64_t>(place) + 1);
+    if ((hash & ((std::uint64_t{1} << levels) - 1)) != 0) continue;
+    for (const std::uint8_t stands : {ColumnMarks::kTall, ColumnMarks::kLow}) {
+      if ((columns.marks(x, y) & stands) == 0) continue;
+      if (feature_count_ == kMostFeatures) return false;
+      features_[feature_count_++] = {static_cast<float>(columns.center_m(x)),
+                                     static_cast<float>(columns.center_m(y)),
+                                     stands == ColumnMarks::kTall};
     }
-    if (!is_full) return;
   }
+  return true;
 }
 
 void YawSearch::take_fixed(const Columns& columns, double reach_m) noexcept {
@@ -96,7 +96,8 @@ void YawSearch::take_fixed(const Columns& columns, double reach_m) noexcept {
 }
 
 void YawSearch::try_heading(const Candidate& around) noexcept {
-  const double half_m = (shifts_ / 2) * width_m_;
+  const int half = shifts_ / 2;
+  const double half_m = half * width_m_;
   Candidate first = around;
   first.x_m -= half_m;
   first.y_m -= half_m;

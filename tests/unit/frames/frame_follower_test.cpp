@@ -35,14 +35,14 @@ TEST_CASE("FrameFollower: no step is over its limits, and the last one ends at t
     std::int64_t ms = 0;
     int steps = 0;
     while (!follower.arrived() && steps < 20'000) {
-      const Matrix34d before = follower.T_team_map();
+      const Matrix34d before = follower.frame();
       REQUIRE(follower.step(p_map, at_ms(ms += 100)));
-      const Matrix34d& after = follower.T_team_map();
+      const Matrix34d& after = follower.frame();
       REQUIRE((apply(after, p_map) - apply(before, p_map)).norm() <= 0.1 + 1e-9);
       REQUIRE(angle_between(before, after) <= FrameFollower::kMostStep_rad + 1e-8);
       ++steps;
     }
-    CHECK(follower.T_team_map() == target);
+    CHECK(follower.frame() == target);
     // No more of them than 0.8 of the limits need.
     const double way_m = (apply(start, p_map) - apply(target, p_map)).norm();
     const double way = std::max(way_m / FrameFollower::kMostStep_m,
@@ -61,7 +61,7 @@ TEST_CASE("FrameFollower: ten steps a second at most, whatever the caller does")
   int steps = 0;
   for (int ms = 0; ms < 1000; ++ms) steps += follower.step(Point3d::Zero(), at_ms(ms)) ? 1 : 0;
   CHECK(steps == 10);
-  CHECK(follower.T_team_map()(0, 3) == Approx(1.0));
+  CHECK(follower.frame()(0, 3) == Approx(1.0));
   CHECK_FALSE(follower.step(Point3d::Zero(), at_ms(500)));  // back in time
   CHECK(follower.step(Point3d::Zero(), at_ms(1000)));
   CHECK_FALSE(follower.step(Point3d::Zero(), at_ms(1099)));
@@ -78,7 +78,7 @@ TEST_CASE("FrameFollower: a step is measured where the robot is, not at the map'
   CHECK(at_origin.arrived());
   REQUIRE(far.step({100, 0, 0}, at_ms(0)));
   CHECK_FALSE(far.arrived());
-  CHECK(apply(far.T_team_map(), {100, 0, 0}).y() == Approx(0.1));
+  CHECK(apply(far.frame(), {100, 0, 0}).y() == Approx(0.1));
 }
 
 TEST_CASE(
@@ -96,7 +96,7 @@ TEST_CASE(
   Matrix34d given = Matrix34d::Identity();
   given(2, 3) = 7.0;
   REQUIRE(follower.use_at_once(given) == Status::kOk);
-  CHECK(follower.T_team_map() == given);
+  CHECK(follower.frame() == given);
   CHECK(follower.arrived());
   CHECK_FALSE(follower.step(Point3d::Zero(), at_ms(200)));
 }
@@ -113,7 +113,7 @@ TEST_CASE("FrameFollower: a withdrawal stops the use; what comes after is used a
   CHECK_FALSE(follower.step(Point3d::Zero(), at_ms(0)));
   REQUIRE(follower.follow(target) == Status::kOk);
   CHECK(follower.in_use());
-  CHECK(follower.T_team_map() == target);
+  CHECK(follower.frame() == target);
 }
 
 TEST_CASE("FrameFollower: a target that is no rigid transform changes nothing") {

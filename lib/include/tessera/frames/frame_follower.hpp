@@ -46,7 +46,7 @@ class FrameFollower {
 
   [[nodiscard]] bool in_use() const noexcept { return in_use_; }
   /// The frame in use; the last one that was if none is.
-  [[nodiscard]] const Matrix34d& T_team_map() const noexcept { return T_team_map_; }
+  [[nodiscard]] const Matrix34d& frame() const noexcept { return T_team_map_; }
   /// True iff a frame is in use and equal to the target to the bit.
   [[nodiscard]] bool arrived() const noexcept { return in_use_ && arrived_; }
 

@@ -10,16 +10,17 @@
 
 namespace tessera {
 
-/// Where a sketch is levelled: p_level = R (p_map - origin_map), up along the mean normal of what
-/// is flat, about the mean of its surfaces.
+/// Where a sketch is levelled: p_level = rows (p_map - origin_map), up along the mean normal of
+/// what is flat, about the mean of its surfaces.
 struct Level {
-  Matrix3 R{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  Matrix3 rows{1, 0, 0, 0, 1, 0, 0, 0, 1};
   Point3d origin_map = Point3d::Zero();
 
   [[nodiscard]] Point3d to_level(const Point3d& p_map) const noexcept {
     const Point3d d = p_map - origin_map;
-    return {R[0] * d.x() + R[1] * d.y() + R[2] * d.z(), R[3] * d.x() + R[4] * d.y() + R[5] * d.z(),
-            R[6] * d.x() + R[7] * d.y() + R[8] * d.z()};
+    return {rows[0] * d.x() + rows[1] * d.y() + rows[2] * d.z(),
+            rows[3] * d.x() + rows[4] * d.y() + rows[5] * d.z(),
+            rows[6] * d.x() + rows[7] * d.y() + rows[8] * d.z()};
   }
   /// T_level_map.
   [[nodiscard]] Matrix34d transform() const noexcept;
@@ -64,7 +65,8 @@ class Columns {
     return floor_to_int(level_m / width_m_) + kEdge / 2;
   }
   [[nodiscard]] double center_m(int place) const noexcept {
-    return (place - kEdge / 2 + 0.5) * width_m_;
+    constexpr int kMiddle = kEdge / 2;
+    return (place - kMiddle + 0.5) * width_m_;
   }
 
  private:
@@ -81,6 +83,8 @@ class Columns {
   }
   [[nodiscard]] Column* column_at(const Point3d& p_level) noexcept;
   void find_ground() noexcept;
+  /// The lowest of the columns around one.
+  [[nodiscard]] std::int16_t lowest_around(int x, int y) const noexcept;
   /// Marks what is at a place as low or tall, by its height above the ground around.
   void mark(const Point3d& p_level, std::uint8_t low, std::uint8_t tall) noexcept;
 

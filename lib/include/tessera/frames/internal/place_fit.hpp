@@ -28,7 +28,7 @@ class PlaceFit {
              const Plan& plan) noexcept;
   /// True iff all is done. O(1): kStepFitted * 27 or kStepChecked * 144 look-ups.
   bool step() noexcept;
-  [[nodiscard]] const Matrix34d& T_a_b() const noexcept { return T_a_b_; }
+  [[nodiscard]] const Matrix34d& transform() const noexcept { return T_a_b_; }
   /// Whether surfaces held it in each round.
   [[nodiscard]] bool is_held() const noexcept { return is_held_; }
   [[nodiscard]] const Agreement& agreement() const noexcept { return check_.agreement(); }

@@ -39,7 +39,7 @@ class SurfaceFit {
   bool add(std::uint32_t surfaces) noexcept;
   /// After all: T_a_b after the round. False, and it stays, iff the surfaces do not hold it. O(1).
   [[nodiscard]] bool solve() noexcept;
-  [[nodiscard]] const Matrix34d& T_a_b() const noexcept { return T_a_b_; }
+  [[nodiscard]] const Matrix34d& transform() const noexcept { return T_a_b_; }
   [[nodiscard]] const FitSums& sums() const noexcept { return sums_; }
   [[nodiscard]] const Point3d& pivot_a() const noexcept { return pivot_a_; }
 
@@ -49,7 +49,7 @@ class SurfaceFit {
   const MapSketch* a_ = nullptr;
   const MapSketch* b_ = nullptr;
   Matrix34d T_a_b_ = Matrix34d(Matrix34d::Identity());
-  Matrix3 R_{};
+  Matrix3 rotation_{};
   Point3d pivot_a_ = Point3d::Zero();
   Round round_;
   FitSums sums_;

@@ -62,6 +62,8 @@ class YawSearch {
   static constexpr std::size_t kImage = std::size_t{kPadded} * kPadded;
   static constexpr std::size_t kSums = std::size_t{kMostShifts} * kMostShifts;
 
+  /// Takes one of 2^levels columns that stand. False iff they are too many.
+  [[nodiscard]] bool gather(const Columns& columns, unsigned levels) noexcept;
   /// first: of all shifts at its turn the first one.
   void add_feature(const Feature& feature, const Candidate& first) noexcept;
   void keep_peaks(const Candidate& first) noexcept;
