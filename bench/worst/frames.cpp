@@ -13,19 +13,16 @@ constexpr double kResolution_m = 0.2;
 /// Eight cells each.
 constexpr int kBlocks = MapSketch::kMostSurfaces / 8;
 constexpr int kBlocksRow = 32;
-constexpr int kBlocksSlice = kBlocksRow * kBlocksRow;
 
-BlockCoord block_of_number(int n) {
-  return {n % kBlocksRow, n / kBlocksRow % kBlocksRow, n / kBlocksSlice};
-}
+BlockCoord block_of_number(int n, int row) { return {n % row, n / row % row, n / (row * row)}; }
 
 /// A map whose blocks are full of labels, or of free space.
-OwnedMap full_map(bool is_free, int blocks) {
+OwnedMap full_map(bool is_free, int blocks, int row = kBlocksRow) {
   MapConfig config = config_of(TuplePolicy::kCompact, 400);
   config.resolution_m = kResolution_m;
   OwnedMap owned(config, 2);
   for (int n = 0; n < blocks; ++n) {
-    const SlabHandle handle = *owned.map.open_block(block_of_number(n));
+    const SlabHandle handle = *owned.map.open_block(block_of_number(n, row));
     VoxelMask all{};
     for (std::uint64_t& slice : all) slice = ~std::uint64_t{0};
     if (is_free) static_cast<void>(owned.map.add_free_pass(handle, all));
@@ -87,14 +84,19 @@ void measure_frames(Meter& meter) {
         constexpr double kColumns = double{Columns::kEdge} * Columns::kEdge;
         return fixed(true, kColumns + MapSketch::kMostSurfaces);
       });
+  // A square of low things: a feature a column.
+  const OwnedMap square = full_map(false, 16 * 16, 16);
+  take_all(square.map, free, scratch);
+  columns.draw(free, level_of(free));
   search.take_moved(columns);
   search.take_fixed(columns, 1'000.0);
+  take_all(seen.map, free, scratch);
   meter.measure(
       {"try_heading", "YawSearch::try_heading",
        "as many columns that stand, and shifts, as there may be", "features shifts"},
       1, [] {},
       [&] {
-        search.try_heading({0.8, 0.6, 0.0, 0.0, 1, 0});
+        search.try_heading({1.0, 0.0, 0.0, 0.0, 0, 0});
         const auto features = static_cast<double>(search.feature_count());
         return Operations{
             features * YawSearch::kMostShifts * YawSearch::kMostShifts,

@@ -9,7 +9,6 @@
 #include "base/atomic_file.hpp"
 #include "base/number_text.hpp"
 #include "base/outputs.hpp"
-#include "base/progress.hpp"
 #include "cli/align_picture.hpp"
 #include "cli/command.hpp"
 #include "cli/setting_options.hpp"

@@ -102,14 +102,14 @@ Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs,
     if (!is_whole(input))
       return Failure{input.path + " is in submaps; frames are found of whole maps"};
   }
-  std::vector<FrameLink> links;
-  TESSERA_TRY_ASSIGN(std::vector<PairAlignment> pairs, search_pairs(inputs, links));
   const auto placed = std::find_if(inputs.begin(), inputs.end(),
                                    [](const FuseInput& input) { return input.placed; });
   if (with_sessions && placed == inputs.end())
     return Failure{
         "sessions are not placed by the maps that are aligned; give the transform of one "
         "of these maps"};
+  std::vector<FrameLink> links;
+  TESSERA_TRY_ASSIGN(std::vector<PairAlignment> pairs, search_pairs(inputs, links));
   const auto anchor =
       placed == inputs.end() ? std::size_t{0} : static_cast<std::size_t>(placed - inputs.begin());
   FramePrior prior;

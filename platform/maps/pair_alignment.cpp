@@ -60,21 +60,6 @@ std::string names_of(const FuseInput& first, const FuseInput& second) {
   return first.path + " and " + second.path;
 }
 
-/// Near where the frames put it.
-FrameQuestion near_question(const Matrix34d& T_first_second) {
-  FrameQuestion question;
-  question.T_a_b_guess = T_first_second;
-  question.is_guess = true;
-  question.reach_m = 3.0;
-  question.reach_z_m = 2.0;
-  question.yaw_steps = 4;
-  return question;
-}
-
-double support_of(const Agreement& agreement) {
-  return agreement.agreed - FrameFinder::kVeto * agreement.contradicted;
-}
-
 /// The warning about a pair whose surfaces lie on each other markedly better elsewhere; empty: they
 /// lie well.
 std::optional<Message> surface_warning(const FuseInput& first, const FuseInput& second,
@@ -82,7 +67,7 @@ std::optional<Message> surface_warning(const FuseInput& first, const FuseInput& 
   constexpr double kBetter = 0.9;
   constexpr double kSigmas = 3.0;
   if (found.verdict != FrameVerdict::kFound ||
-      support_of(found.agreement_guess) > kBetter * found.support)
+      found.agreement_guess.support() > kBetter * found.support)
     return std::nullopt;
   const double resolution_m = first.stored->map.config().resolution_m;
   const Point3d middle_b = apply(inverse(found.T_a_b), found.middle_a);
@@ -162,7 +147,7 @@ std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
       std::optional<Message> warning;
       if (run && is_whole(first) && is_whole(second) && may_meet(balls[i], balls[j], given)) {
         const Outcome<FrameAnswer> answer =
-            run->find(first.stored->map, second.stored->map, near_question(given));
+            run->find(first.stored->map, second.stored->map, question_near(given, kNearGiven));
         if (answer.ok()) pair.frame = *answer;
       }
       if (pair.frame) warning = surface_warning(first, second, *pair.frame, given);

@@ -10,11 +10,6 @@ namespace tessera {
 
 namespace {
 
-double support_of(const Agreement& agreement) noexcept {
-  return static_cast<double>(agreement.agreed) -
-         FrameFinder::kVeto * static_cast<double>(agreement.contradicted);
-}
-
 Matrix34d turned(const std::array<double, 2>& heading, const Point3d& t) noexcept {
   Matrix34d T;
   T << heading[0], -heading[1], 0.0, t.x(), heading[1], heading[0], 0.0, t.y(), 0.0, 0.0, 1.0,
@@ -134,12 +129,12 @@ void FrameFinder::begin_next() noexcept {
 }
 
 void FrameFinder::take_ranked() noexcept {
-  if (fit_.is_held()) keep_finalist({fit_.transform(), support_of(fit_.agreement())});
+  if (fit_.is_held()) keep_finalist({fit_.transform(), fit_.agreement().support()});
   begin_next();
 }
 
 void FrameFinder::take_fitted() noexcept {
-  finalists_[static_cast<std::size_t>(at_)] = {fit_.transform(), support_of(fit_.agreement())};
+  finalists_[static_cast<std::size_t>(at_)] = {fit_.transform(), fit_.agreement().support()};
   begin_next();
 }
 
@@ -171,7 +166,7 @@ void FrameFinder::take_polished() noexcept {
   answer_.middle_a = fit_.fit().pivot_a();
   answer_.pairs = sums.pairs;
   answer_.agreement = fit_.agreement();
-  answer_.support = support_of(answer_.agreement);
+  answer_.support = answer_.agreement.support();
   for (std::size_t i = 0; i < finalist_count_; ++i) {
     const Finalist& other = finalists_[i];
     if (i != best_ && is_elsewhere(answer_.T_a_b, other.T_a_b, level_b_.origin_map) &&

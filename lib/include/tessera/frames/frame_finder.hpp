@@ -53,7 +53,7 @@ struct FrameAnswer {
   Point3d middle_a = Point3d::Zero();  ///< Of the overlap.
   Agreement agreement;                 ///< There.
   Agreement agreement_guess;           ///< Where the guess is.
-  double support = 0.0;                ///< Samples that agree, less kVeto times those that do not.
+  double support = 0.0;                ///< Of agreement.
   double support_second = 0.0;         ///< The same of the best other place.
   double worst_sigma_m = 0.0;          ///< Of the translation, in the direction least held.
   double worst_sigma_rad = 0.0;
@@ -63,10 +63,6 @@ struct FrameAnswer {
 /// Copies share the memory, and a search goes on in the one that began it alone.
 class FrameFinder {
  public:
-  /// What a sample that contradicts weighs against one that agrees: the ratio of the logarithms of
-  /// how much rarer (0.03 for 0.25) and how much more frequent (0.97 for 0.75) they are where a
-  /// frame is right.
-  static constexpr double kVeto = 8.0;
   /// What is accepted; docs/measured/alignment.md has the figures from which.
   static constexpr double kLeastSupport = 5'000.0;  ///< Where little of the maps is in the overlap;
   static constexpr double kLeastOfAll = 1'000.0;    ///< where much is.
@@ -92,8 +88,9 @@ class FrameFinder {
   [[nodiscard]] Status begin(const LocalMap& a, const LocalMap& b,
                              const FrameQuestion& question) noexcept;
   /// The next piece of work: 16 entries of a map's index, with their blocks; a sketch finished or
-  /// drawn; one heading; or a piece of a fit or a check. True iff all is done. At most about
-  /// 35 million additions of small numbers (one heading), or 75,000 look-ups.
+  /// drawn; one heading; or a piece of a fit or a check. True iff all is done. At most
+  /// 38 million additions of small numbers (one heading), 58,000 look-ups, or a sketch's cells and
+  /// columns once.
   bool step() noexcept;
   [[nodiscard]] bool taken_in() const noexcept { return phase_ > Phase::kTakeB; }
   /// After the last step.
@@ -123,7 +120,7 @@ class FrameFinder {
   static constexpr std::uint32_t kFittedSurfaces = 2'048;
   static constexpr std::uint32_t kCheckedSurfaces = 8'192;
   static constexpr std::uint32_t kLeastColumns = 24;  ///< That stand, in each map.
-  /// So many neighbouring surfaces err as one.
+  /// Of neighbouring surfaces this number errs as one.
   static constexpr double kPairsAsOne = 16.0;
 
   struct Finalist {

@@ -24,19 +24,25 @@ struct SearchReach {
   double z_m = 0.0;
   int yaw_steps = 0;
 };
-inline constexpr SearchReach kAnywhere{72.0, 12.0, YawSearch::kYaws / 2};
+/// Of a guess by people.
 inline constexpr SearchReach kNearGuess{10.0, 3.0, 10};
+/// Of a frame that is in use, to judge it.
+inline constexpr SearchReach kNearGiven{3.0, 2.0, 4};
 
-/// Searches near the guess; without one anywhere, around the identity.
-[[nodiscard]] inline FrameQuestion question_of(const std::optional<Matrix34d>& guess) noexcept {
-  const SearchReach& reach = guess ? kNearGuess : kAnywhere;
+[[nodiscard]] inline FrameQuestion question_near(const Matrix34d& T_a_b,
+                                                 const SearchReach& reach) noexcept {
   FrameQuestion question;
-  if (guess) question.T_a_b_guess = *guess;
-  question.is_guess = guess.has_value();
+  question.T_a_b_guess = T_a_b;
+  question.is_guess = true;
   question.reach_m = reach.xy_m;
   question.reach_z_m = reach.z_m;
   question.yaw_steps = reach.yaw_steps;
   return question;
+}
+
+/// Searches near the guess; without one anywhere, around the identity.
+[[nodiscard]] inline FrameQuestion question_of(const std::optional<Matrix34d>& guess) noexcept {
+  return guess ? question_near(*guess, kNearGuess) : FrameQuestion{};
 }
 
 }  // namespace tessera

@@ -26,7 +26,7 @@ class PlaceFit {
   /// pivot_b: about which the first round's motion is.
   void begin(const MapSketch& a, const MapSketch& b, const Matrix34d& T_a_b, const Point3d& pivot_b,
              const Plan& plan) noexcept;
-  /// True iff all is done. O(1): kStepFitted * 27 or kStepChecked * 144 look-ups.
+  /// True iff all is done. O(1): kStepFitted * 27 or kStepChecked * 113 look-ups.
   bool step() noexcept;
   [[nodiscard]] const Matrix34d& transform() const noexcept { return T_a_b_; }
   /// Whether surfaces held it in each round.
