@@ -27,7 +27,7 @@ struct Agreement {
   /// how much rarer (0.03 for 0.25) and how much more frequent (0.97 for 0.75) they are where a
   /// frame is right.
   static constexpr double kVeto = 8.0;
-  /// How much of what stands speaks for the transform.
+  /// Samples of what stands that agree, less those that contradict at their weight.
   [[nodiscard]] double support() const noexcept {
     return static_cast<double>(agreed) - kVeto * static_cast<double>(contradicted);
   }
