@@ -61,10 +61,12 @@ Outcome<std::unique_ptr<FrameRun>> FrameRun::prepare() {
 }
 
 Outcome<FrameAnswer> FrameRun::find(const LocalMap& a, const LocalMap& b,
-                                    const FrameQuestion& question) {
+                                    const FrameQuestion& question, const StepsDone& done) {
   if (finder_.begin(a, b, question) != Status::kOk)
     return Failure{"the guess is not a rigid transform, or the reach is out of range"};
-  while (!finder_.step()) continue;
+  while (!finder_.step()) {
+    if (done) done(finder_.steps());
+  }
   return finder_.answer();
 }
 

@@ -3,6 +3,7 @@
 // Finds the transform between two maps in memory, and says what was found.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,9 +26,12 @@ class FrameRun {
   FrameRun& operator=(FrameRun&&) = delete;
   ~FrameRun() = default;
 
+  /// Called with the steps so far.
+  using StepsDone = std::function<void(std::uint32_t steps)>;
   /// Searches, without the heap. A function of the maps' contents and the question. Fails with
   /// kUsage iff the guess is not rigid or the reach is not one.
-  Outcome<FrameAnswer> find(const LocalMap& a, const LocalMap& b, const FrameQuestion& question);
+  Outcome<FrameAnswer> find(const LocalMap& a, const LocalMap& b, const FrameQuestion& question,
+                            const StepsDone& done = {});
   [[nodiscard]] const FrameFinder& finder() const noexcept { return finder_; }
 
  private:
