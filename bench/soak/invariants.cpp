@@ -60,7 +60,7 @@ void look_at_contributions(const Robot& robot, const Logbook& logbook, Truth& tr
   for (const Replicas::Slot slot : replicas.in_order()) {
     const Replicas::Contribution& contribution = replicas.contribution(slot);
     if (contribution.leaving || contribution.blocks == 0) continue;
-    if (Objection::is(contribution.id.submap)) continue;  // no map
+    if (!has_blocks(contribution.id)) continue;  // no map
     const MappedSubmap* const mapped = logbook.find(contribution.id);
     if (mapped == nullptr) {
       faults.push_back(name_of(contribution.id) + " was never mapped");

@@ -19,7 +19,8 @@ Recount::Recount(const Robot& robot)
   for (const Replicas::Slot slot : replicas_.in_order()) {
     const Replicas::Contribution& one = replicas_.contribution(slot);
     if (one.leaving) continue;
-    if (!Objection::is(one.id.submap)) {
+    if (FrameStatements::is(one.id.submap)) continue;
+    if (has_blocks(one.id)) {
       slots_.push_back(slot);
       continue;
     }

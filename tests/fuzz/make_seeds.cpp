@@ -120,8 +120,7 @@ void datagrams(Corpus& corpus, bool with_signatures) {
     if (of_kind[kind]++ >= 5) continue;
     const Bytes body =
         Bytes(datagram).subspan(kHeaderBytes, datagram.size() - kHeaderBytes - kTagBytes);
-    Seed header;
-    corpus.add("wire", header.u8(0).all(Bytes(datagram).first(kHeaderBytes)));
+    corpus.add("wire", Seed().u8(0).all(Bytes(datagram).first(kHeaderBytes)));
     Seed one;
     if (kind < kParts.size()) corpus.add("wire", one.u8(kParts[kind]).all(body));
     // As it is, then from one who has the key, before and after the frame of its contribution.
@@ -295,6 +294,7 @@ int main(int argc, char** argv) {
   };
   add_all("sensors", tessera::fuzz::sensor_seeds());
   add_all("status", tessera::fuzz::status_seeds());
+  add_all("wire", tessera::fuzz::frame_seeds());
   add_all("depth_images", tessera::fuzz::image_seeds());
   add_all("text_files", tessera::fuzz::toml_seeds());
 }

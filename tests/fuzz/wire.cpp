@@ -3,8 +3,10 @@
 #include <algorithm>
 
 #include "fuzz/forged_datagram.hpp"
+#include "tessera/base/rigid.hpp"
 #include "tessera/exchange/conflicts.hpp"
 #include "tessera/exchange/presence.hpp"
+#include "tessera/frames/frame_statements.hpp"
 
 namespace tessera::fuzz {
 
@@ -156,11 +158,37 @@ void conflict(Echo& echo) {
   echo.check();
 }
 
+/// Of the contribution that it says it is of.
+void frame_statement(Echo& echo) {
+  const Bytes all = echo.input;
+  const auto word = [&](std::size_t at) {
+    ByteReader from(all.subspan(std::min(at, all.size())));
+    return from.u32();
+  };
+  if (all.size() == StatedPrior::kBytes) {
+    const Result<StatedPrior> prior = decode_prior(all);
+    require(prior.ok() == is_frame_statement({word(0), word(4), 0}, kPlaceOfPrior, all), "a prior");
+    if (!prior.ok()) return;
+    std::array<std::byte, StatedPrior::kBytes> again{};
+    require(encode_prior(*prior, again) == Status::kOk, "a prior that has no code");
+    require(std::equal(again.begin(), again.end(), all.begin()), "a prior with another code");
+    return;
+  }
+  const Result<FrameLink> link = decode_link(all);
+  require(link.ok() == is_frame_statement({word(0), word(8), 0}, place_of_link(word(4)), all),
+          "a link");
+  if (!link.ok()) return;
+  std::array<std::byte, FrameLink::kBytes> again{};
+  require(encode_link(*link, again) == Status::kOk, "a link that has no code");
+  require(std::equal(again.begin(), again.end(), all.begin()), "a link with another code");
+  require(check_rigid(link->T_from_to) == Status::kOk, "a link that is not rigid");
+}
+
 }  // namespace
 
 void wire(Bytes bytes) {
   Input input(bytes);
-  const int kind = input.below(9);
+  const int kind = input.below(10);
   Echo echo(input.bytes(kMostDatagramBytes));
   switch (kind) {
     case 0:
@@ -179,6 +207,8 @@ void wire(Bytes bytes) {
       return conflict(echo);
     case 8:
       return presence(echo);
+    case 9:
+      return frame_statement(echo);
     default:
       return frames(echo);
   }

@@ -22,10 +22,10 @@ CORE = {
     "registration": ["base", "grid", "semantics", "map"],
     "inference": ["base", "grid", "semantics", "map", "registration"],
     "replica": ["base", "grid", "semantics", "map"],
-    "fusion": ["base", "grid", "semantics", "map", "inference", "replica"],
-    "exchange": ["base", "grid", "semantics", "map", "replica"],
+    "fusion": ["base", "grid", "semantics", "map", "inference", "replica", "frames"],
+    "exchange": ["base", "grid", "semantics", "map", "replica", "frames"],
     "submap": ["base", "grid", "semantics", "map"],
-    "frames": ["base", "grid", "semantics", "map"],
+    "frames": ["base", "grid", "semantics", "map", "replica"],
     "robot": ["base", "grid", "semantics", "map", "registration", "inference", "replica", "fusion", "exchange", "submap", "frames"],
 }
 # The sources of the C interface, whose headers are C: they may use all of the core.

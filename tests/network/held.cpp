@@ -9,7 +9,7 @@
 #include "tessera/base/internal/crc32.hpp"
 #include "tessera/base/internal/digest.hpp"
 #include "tessera/map/internal/packed_block.hpp"
-#include "tessera/replica/objection.hpp"
+#include "tessera/replica/contribution_kind.hpp"
 
 namespace tessera::network {
 
@@ -41,7 +41,7 @@ std::vector<Held> held(const Replicas& replicas, int num_components) {
       const auto is_live = [live = part->live](int row) {
         return ((unsigned{live} >> layer_of_row(row)) & 1U) != 0;
       };
-      if (!Objection::is(contribution.id.submap))
+      if (has_blocks(contribution.id))
         unpack_block(
             packed,
             [&](int row, int /*component*/, float count) {

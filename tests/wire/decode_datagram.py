@@ -137,7 +137,8 @@ class Recording:
             seen += ["partial chunk"] if body["flags"] & 2 else []
             seen += [what for record in body["records"] for what in
                      ["record"] + ["later part"] * (record.part > 0) + ["empty record"] * (not record.code)
-                     + ["objection"] * (body["name"][2] == wire.wire_objection.SUBMAP)]
+                     + ["objection"] * (body["name"][2] == wire.wire_objection.SUBMAP)
+                     + [("link", "prior")[record.block == (0, 0, 1)]] * (body["name"][2] == wire.wire_frame_statement.SUBMAP)]
             seen += ["proof"] * sum(len(record.proof) > 0 for record in body["records"])
         if datagram.kind == wire.STATEMENT and datagram.sender != body["name"][0]:
             seen.append("relayed statement")
@@ -257,7 +258,7 @@ class Recording:
 
 
 NEEDED = [*wire.KINDS, *(f"request of {name}" for name in wire.TYPES), "question", "answer", "list", "parts", "relayed chunk", "partial chunk",
-          "record", "later part", "empty record", "objection", "relayed frame", "frame beside another", "matrix", "short code", "relayed statement",
+          "record", "later part", "empty record", "objection", "link", "prior", "relayed frame", "frame beside another", "matrix", "short code", "relayed statement",
           "announced contribution", "presence with an announcement"]
 NEEDED.remove("conflict")
 SIGNED = ["proof", "proof of a frame", "conflict"]

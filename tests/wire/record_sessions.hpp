@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "network/simulated_network.hpp"
+#include "support/team.hpp"
 #include "tessera/base/rigid_code.hpp"
 
 namespace tessera::exchange_tests {
@@ -35,7 +36,28 @@ inline void publish_objections(Exchange& exchange, oracle::Random& random) {
   }
 }
 
-/// Of another digest and date each; one lies before 1970. Objections too.
+/// Links to robots near and far in number, one of them stated anew, and a prior.
+inline void publish_frame_statements(Exchange& exchange, oracle::Random& random) {
+  const ContributionId own = *exchange.publishing();
+  StatedPrior prior{.robot = own.robot, .epoch = own.epoch};
+  prior.covariance = FrameCovariance::isotropic({12.5, -3.0, 0.25}, 0.4, 0.02);
+  prior.covariance.values[FrameCovariance::index(4, 0)] = -0.001;
+  bool done = exchange.state(prior).ok();
+  prior.kind = PriorKind::kVague;
+  done = done && exchange.state(prior).ok();
+  std::uint32_t revision = 0;
+  for (const std::uint32_t to : {7U, 0x12345678U, 0xffffffffU, 7U}) {
+    FrameLink link{.from = own.robot, .to = to, .from_epoch = own.epoch, .revision = ++revision};
+    link.T_from_to = *round_rigid(oracle::random_transform(random, 40.0, 30.0));
+    link.withdrawn = to == 0xffffffffU;
+    link.covariance = prior.covariance;
+    done = done && exchange.state(link).ok();
+  }
+  if (!done) throw std::runtime_error("statements about frames");
+}
+
+/// Of another digest and date each; one lies before 1970. Objections too, and statements about
+/// frames.
 inline void publish_sessions(Exchange& exchange, oracle::Random& random) {
   AlignedMemory memory(BlockContent::required_bytes(network::kClasses + 2));
   Arena arena(memory.span());
@@ -52,6 +74,7 @@ inline void publish_sessions(Exchange& exchange, oracle::Random& random) {
     if (!done) throw std::runtime_error("a session");
   }
   publish_objections(exchange, random);
+  publish_frame_statements(exchange, random);
 }
 
 inline void remove_session(Exchange& exchange) {

@@ -5,6 +5,7 @@ import dataclasses
 import struct
 
 import decode_block
+import wire_frame_statement
 import wire_frames
 import wire_objection
 from wire_trust import Refused, check, crc32c
@@ -220,6 +221,8 @@ class Decoder:
         key = record.layers, record.code
         if name[2] == wire_objection.SUBMAP:
             self.codes[key] = wire_objection.Objection(record, CODE)
+        elif name[2] == wire_frame_statement.SUBMAP:
+            self.codes[key] = wire_frame_statement.FrameStatement(name, record, CODE)
         elif record.code and key not in self.codes:
             try:
                 self.codes[key] = decode_block.Block(record.code, record.layers, self.fleet.num_classes + 2, self.table)

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tessera/frames/frame_statements.hpp"
+
 namespace tessera {
 
 Result<ChunkTaker> ChunkTaker::make(Arena& arena, const Signatures& signatures,
@@ -73,10 +75,14 @@ std::span<const std::byte> ChunkTaker::statement_proof() noexcept {
   return std::span(proof_).first(write_proof(*tree_, tree_->count() - 1, signature_, proof_));
 }
 
-bool ChunkTaker::is_objection(const ChunkRecord& record, BlockKey place) noexcept {
+/// Of a contribution without blocks, whose records come as they are, and whole.
+bool ChunkTaker::is_statement(const ContributionId& id, BlockKey place,
+                              const ChunkRecord& record) noexcept {
+  if (record.version.layers != kAllLayers || record.version.first != record.version.number)
+    return false;
+  if (FrameStatements::is(id.submap)) return is_frame_statement(id, place, record.coded);
   Objection objection;
-  return record.version.layers == kAllLayers && record.version.first == record.version.number &&
-         objection.read(record.coded) &&
+  return objection.read(record.coded) &&
          Objection::place_of(objection.against, objection.key) == place;
 }
 
@@ -90,11 +96,11 @@ ChunkTaker::Fate ChunkTaker::take_record(const Into& into, HeldContribution& con
   const Replicas::Replica* other = into.records.contradicted(contribution, *key, record.version);
   const bool news = into.records.is_news(contribution, *key, record.version);
   if (!news && other == nullptr) return Fate::kStale;
-  const bool objects = Objection::is(contribution.id.submap);
+  const bool is_block = has_blocks(contribution.id);
   into.scratch.clear();
-  const bool is_good = objects ? is_objection(record, *key)
-                               : decode_block(record.coded, record.version.layers, num_components_,
-                                              into.scratch) == Status::kOk;
+  const bool is_good = is_block ? decode_block(record.coded, record.version.layers, num_components_,
+                                               into.scratch) == Status::kOk
+                                : is_statement(contribution.id, *key, record);
   if (!is_good) return Fate::kMalformed;
   if (signatures_.on() && header.relayed &&
       !proof_check_.check(signatures_, configuration_, contribution.id, leaf, record.proof))
@@ -107,10 +113,10 @@ ChunkTaker::Fate ChunkTaker::take_record(const Into& into, HeldContribution& con
   note_conflict(into, contribution, record, other);
   if (!news) return Fate::kStale;
   const Result<Replicas::Change> put =
-      objects ? into.records.put_packed(into.table, contribution, *key, record.version,
-                                        record.coded, record.coded, record.proof)
-              : into.records.put(into.table, contribution, *key, record.version, into.scratch,
-                                 record.coded, record.proof);
+      is_block ? into.records.put(into.table, contribution, *key, record.version, into.scratch,
+                                  record.coded, record.proof)
+               : into.records.put_packed(into.table, contribution, *key, record.version,
+                                         record.coded, record.coded, record.proof);
   return put.ok() ? Fate::kTaken : Fate::kNoRoom;
 }
 

@@ -54,11 +54,11 @@ HeldContribution* ContributionTable::find(const ContributionId& id) noexcept {
   return nullptr;
 }
 
-/// What a robot objected to in earlier epochs is as what it has heard: nothing is said of it any
-/// more.
-void ContributionTable::disown_objections(std::uint32_t robot) noexcept {
+/// What this robot objected to, or stated about frames, in earlier epochs is as what it has heard:
+/// nothing is said of it any more.
+void ContributionTable::disown_earlier(const ContributionId& id) noexcept {
   for (HeldContribution& other : places())
-    if (other.id.robot == robot && Objection::is(other.id.submap)) other.own = false;
+    if (other.id.robot == id.robot && kind_of(other.id) == kind_of(id)) other.own = false;
 }
 
 /// A name gives its place to what is there: the last one that no more is known of, or nullptr.
@@ -75,15 +75,14 @@ HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, 
   const bool own = claim == Claim::kOwn;
   const bool proven = claim != Claim::kName;
   bool refused = false;
-  const bool is_bounded = !own || Objection::is(id.submap);
-  if (own && is_bounded) disown_objections(id.robot);
+  const bool is_bounded = !own || !has_blocks(id);
+  if (own && is_bounded) disown_earlier(id);
   HeldContribution* const of_robot = is_bounded ? displaced_of_robot(id, proven, refused) : nullptr;
   if (refused) {
     ++counted.refused_contributions;
     return nullptr;
   }
-  HeldContribution* place =
-      of_robot != nullptr ? of_robot : free_place(own && !Objection::is(id.submap));
+  HeldContribution* place = of_robot != nullptr ? of_robot : free_place(own && has_blocks(id));
   if (place == nullptr && proven) place = place_of_name();
   if (place == nullptr && claim == Claim::kPresent) place = place_of_silent(now);
   if (place == nullptr) {

@@ -43,7 +43,7 @@ bool ContributionTable::put_far(HeldContribution& contribution, ExchangeReport& 
   const BlockExtent extent = extent_of(contribution);
   // Of one that this process has moved nobody else has signed the frame.
   if (contribution.own || contribution.moved || !contribution.open || !contribution.stated ||
-      !extent.any() || contribution.frame_doubted || Objection::is(contribution.id.submap))
+      !extent.any() || contribution.frame_doubted || !has_blocks(contribution.id))
     return false;
   // What earlier starts of this robot have published only this one moves and answers for.
   if (publishing() != nullptr && publishing()->id.robot == contribution.id.robot) return false;

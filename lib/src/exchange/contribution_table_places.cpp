@@ -28,8 +28,7 @@ HeldContribution* ContributionTable::free_place(bool own) noexcept {
 ContributionTable::Replaced ContributionTable::find_replaced(const ContributionId& id) noexcept {
   std::size_t count = 0;
   for (std::size_t i = 0; i < top_; ++i) {
-    if (names_[i].used && names_[i].id.robot == id.robot &&
-        PlacesOfRobots::kind_of(names_[i].id) == PlacesOfRobots::Kind::kMap)
+    if (names_[i].used && names_[i].id.robot == id.robot && is_map(names_[i].id))
       of_robot_[count++] = static_cast<std::uint32_t>(i);
   }
   const std::span<std::uint32_t> all = of_robot_.first(count);
@@ -61,12 +60,10 @@ ContributionTable::Replaced ContributionTable::find_replaced(const ContributionI
 /// refused where none gives way.
 HeldContribution* ContributionTable::displaced_of_robot(const ContributionId& id, bool proven,
                                                         bool& refused) noexcept {
-  const PlacesOfRobots::Kind kind = PlacesOfRobots::kind_of(id);
   if (of_robots_.count(id) < most_of_robot(id)) return nullptr;
   HeldContribution* lowest = nullptr;
   for (HeldContribution& other : places()) {
-    if (!other.used || other.own || other.id.robot != id.robot ||
-        PlacesOfRobots::kind_of(other.id) != kind)
+    if (!other.used || other.own || other.id.robot != id.robot || kind_of(other.id) != kind_of(id))
       continue;
     const bool lower =
         lowest == nullptr || (other.open == lowest->open ? other.id < lowest->id : !other.open);
@@ -75,8 +72,7 @@ HeldContribution* ContributionTable::displaced_of_robot(const ContributionId& id
   if (lowest == nullptr) return nullptr;
   refused = !proven;
   if (refused) return lowest;
-  const bool is_map = kind == PlacesOfRobots::Kind::kMap;
-  const Replaced replaced = is_map ? find_replaced(id) : Replaced{};
+  const Replaced replaced = is_map(id) ? find_replaced(id) : Replaced{};
   const bool is_least = replaced.is_it ? replaced.lowest == nullptr || id < replaced.lowest->id
                                        : replaced.lowest == nullptr && id < lowest->id;
   refused = lowest->open && is_least;
@@ -110,8 +106,7 @@ HeldContribution* ContributionTable::place_of_silent(Instant now) noexcept {
 }
 
 bool ContributionTable::lacks_nothing(const HeldContribution& contribution) const noexcept {
-  if (contribution.complete() || !Objection::is(contribution.id.submap))
-    return contribution.complete();
+  if (contribution.complete() || has_blocks(contribution.id)) return contribution.complete();
   const auto is_newer = [&](const ContributionId& id) {
     return id.robot == contribution.id.robot && id.epoch > contribution.id.epoch;
   };

@@ -96,25 +96,8 @@ ChunkRecord HeldRecords::read(const Replicas::Replica& part) noexcept {
 
 bool HeldRecords::read_block(const HeldContribution& contribution, BlockKey key,
                              BlockContent& content) const noexcept {
-  bool any = false;
-  for (const Replicas::Replica* part = store_.replicas->find(contribution.slot, key);
-       part != nullptr; part = store_.replicas->next_part(*part)) {
-    const auto is_live = [part](int row) { return ((part->live >> layer_of_row(row)) & 1U) != 0; };
-    any = any || part->bytes != 0;
-    unpack_block(
-        store_.replicas->read(*part, packed_),
-        [&](int row, Centroid centroid) {
-          if (is_live(row) && centroid.known()) content.set_centroid(row, centroid);
-        },
-        [&](int row, int component, float count) {
-          if (!is_live(row)) return;
-          component == 0 ? content.add_rest(row, count) : content.add(component, row, count);
-        },
-        [&](int row, unsigned passes) {
-          if (is_live(row)) content.add_passes(row, passes);
-        });
-  }
-  return any;
+  const Replicas& replicas = *store_.replicas;
+  return replicas.read_block(replicas.find(contribution.slot, key), packed_, content);
 }
 
 const Replicas::Replica* HeldRecords::find(const HeldContribution& contribution, BlockKey key,

@@ -4,12 +4,13 @@
 #include <algorithm>
 
 #include "tessera/exchange/internal/ledger.hpp"
+#include "tessera/frames/frame_statements.hpp"
 
 namespace tessera {
 
 Status Ledger::open(std::uint32_t epoch, std::uint32_t submap, const Matrix34d& T_global_map,
                     ExchangeReport& counted) noexcept {
-  if (submap >= Objection::kNumber) return Status::kInvalidArgument;
+  if (!is_map({robot_, epoch, submap})) return Status::kInvalidArgument;
   const Result<Contribution*> opened = open_own({robot_, epoch, submap}, T_global_map, {}, counted);
   if (!opened.ok()) return opened.status();
   table_.publish_as(**opened);
@@ -86,18 +87,39 @@ Result<std::uint32_t> Ledger::publish_earlier(std::uint32_t submap, BlockKey key
   return maker_.publish({table_, records_, content_, counted}, *own, key, content, published);
 }
 
-Result<std::uint32_t> Ledger::object(const Objection& objection, ExchangeReport& counted) noexcept {
+/// A contribution without blocks, in the epoch of the one that is published.
+Result<Ledger::Contribution*> Ledger::open_once(std::uint32_t submap,
+                                                ExchangeReport& counted) noexcept {
   const Contribution* const now = table_.publishing();
   if (now == nullptr) return Status::kInvalidArgument;
-  const ContributionId id{robot_, now->id.epoch, Objection::kNumber};
-  Contribution* own = find(id);
-  if (own == nullptr || !own->own) {
-    const Result<Contribution*> opened = open_own(id, Matrix34d::Identity(), {}, counted);
-    if (!opened.ok()) return opened.status();
-    own = *opened;
-    table_.own_as(*own);
-  }
-  return maker_.publish_objection({table_, records_, content_, counted}, *own, objection);
+  const ContributionId id{robot_, now->id.epoch, submap};
+  Contribution* const known = find(id);
+  if (known != nullptr && known->own) return known;
+  const Result<Contribution*> opened = open_own(id, Matrix34d::Identity(), {}, counted);
+  if (opened.ok()) table_.own_as(**opened);
+  return opened;
+}
+
+Result<std::uint32_t> Ledger::object(const Objection& objection, ExchangeReport& counted) noexcept {
+  const Result<Contribution*> own = open_once(Objection::kNumber, counted);
+  if (!own.ok()) return own.status();
+  std::array<std::byte, Objection::kMostBytes> bytes{};
+  const std::size_t size = objection.write(bytes);
+  return maker_.publish_bytes({table_, records_, content_, counted}, **own,
+                              Objection::place_of(objection.against, objection.key),
+                              std::span(bytes).first(size));
+}
+
+Result<std::uint32_t> Ledger::state(BlockKey place, std::span<const std::byte> statement,
+                                    ExchangeReport& counted) noexcept {
+  const Result<Contribution*> own = open_once(FrameStatements::kNumber, counted);
+  if (!own.ok()) return own.status();
+  const auto holds = [&](BlockKey key) { return replicas().find((*own)->slot, key) != nullptr; };
+  const std::uint32_t links =
+      replicas().contribution((*own)->slot).blocks - (holds(kPlaceOfPrior) ? 1U : 0U);
+  if (place != kPlaceOfPrior && links >= FrameStatements::kMostLinks && !holds(place))
+    return Status::kResourceExhausted;
+  return maker_.publish_bytes({table_, records_, content_, counted}, **own, place, statement);
 }
 
 Status Ledger::move(std::uint32_t epoch, std::uint32_t submap,

@@ -12,11 +12,11 @@ bool Reach::measure(Ledger& ledger, std::uint32_t& starved_robot) const noexcept
   const HeldContribution* const publishing = ledger.publishing();
   for (HeldContribution& one : ledger.places()) {
     if (!one.used || one.own || !one.open) continue;
-    // One whose extent is not known yet may be anywhere, and objections are of any place; what this
-    // robot's earlier starts have published it keeps, as it answers for it.
+    // One whose extent is not known yet may be anywhere, and what has no blocks is of any place;
+    // what this robot's earlier starts have published it keeps, as it answers for it.
     const BlockExtent extent = ledger.table().extent_of(one);
     const bool is_ours = publishing != nullptr && publishing->id.robot == one.id.robot;
-    one.away_m = extent.any() && !is_ours && !Objection::is(one.id.submap)
+    one.away_m = extent.any() && !is_ours && has_blocks(one.id)
                      ? interest_.distance_m(world_box(extent, one.T_global_map, resolution_m_))
                      : 0.0;
     if (one.away_m > 0.0 || !one.full || is_starved) continue;

@@ -73,15 +73,13 @@ unsigned RecordMaker::parts_of(const BlockContent& content, std::size_t whole_by
   return parts;
 }
 
-Result<std::uint32_t> RecordMaker::publish_objection(const Into& into, HeldContribution& own,
-                                                     const Objection& objection) noexcept {
+Result<std::uint32_t> RecordMaker::publish_bytes(const Into& into, HeldContribution& own,
+                                                 BlockKey place,
+                                                 std::span<const std::byte> bytes) noexcept {
   if (own.latest >= kLastVersion) return Status::kResourceExhausted;
   const std::uint32_t number = own.latest + 1;
-  const BlockKey place = Objection::place_of(objection.against, objection.key);
-  const std::size_t bytes = objection.write(coded_);
-  ChunkRecord record{.block = unpack(place),
-                     .version = {.number = number, .first = number},
-                     .coded = coded_.first(bytes)};
+  ChunkRecord record{
+      .block = unpack(place), .version = {.number = number, .first = number}, .coded = bytes};
   record.version.hash = record_hash(leaf_of(signatures_, own.id, record));
   const Result<Replicas::Change> change = into.records.put_packed(
       into.table, own, place, record.version, record.coded, record.coded, {});
@@ -92,7 +90,7 @@ Result<std::uint32_t> RecordMaker::publish_objection(const Into& into, HeldContr
   own.latest = number;
   own.coverage.add({1, own.latest});
   ++into.counted.published_parts;
-  return static_cast<std::uint32_t>(bytes) + 8;
+  return static_cast<std::uint32_t>(bytes.size()) + 8;
 }
 
 Result<std::uint32_t> RecordMaker::publish(const Into& into, HeldContribution& own, BlockKey key,

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "tessera/base/rigid.hpp"
+
 namespace tessera {
 
 namespace {
@@ -61,6 +63,34 @@ Result<GridTransform> GridTransform::make(const Matrix34d& T_global_local,
     for (std::size_t i = 0; i < 3; ++i) result.t_[i] = whole[i];
   }
   return result;
+}
+
+/// In voxels, so that nothing is scaled to metres and back.
+Result<GridTransform> GridTransform::compose(const Matrix34d& T_team_world,
+                                             const GridTransform& T_world_local,
+                                             double resolution_m) noexcept {
+  if (T_team_world == Matrix34d::Identity()) return T_world_local;
+  if (!(resolution_m > 0.0)) return Status::kInvalidArgument;
+  Matrix34d team = T_team_world;
+  for (int row = 0; row < 3; ++row) team(row, 3) /= resolution_m;
+  return make(product(team, T_world_local.in_voxels()), 1.0);
+}
+
+Matrix34d GridTransform::in_voxels() const noexcept {
+  Matrix34d T;
+  for (int row = 0; row < 3; ++row) {
+    const auto at = static_cast<std::size_t>(row);
+    for (int column = 0; column < 3; ++column)
+      T(row, column) = r_[3 * at + static_cast<std::size_t>(column)];
+    T(row, 3) = t_[at];
+  }
+  return T;
+}
+
+Matrix34d GridTransform::in_metres(double resolution_m) const noexcept {
+  Matrix34d T = in_voxels();
+  for (int row = 0; row < 3; ++row) T(row, 3) *= resolution_m;
+  return T;
 }
 
 GridTransform::VoxelBox GridTransform::around(const std::array<double, 3>& center,

@@ -4,6 +4,7 @@
 
 #include "tessera/base/internal/bits.hpp"
 #include "tessera/base/internal/byte_io.hpp"
+#include "tessera/replica/contribution_kind.hpp"
 
 namespace tessera {
 
@@ -50,7 +51,7 @@ bool Objection::read(std::span<const std::byte> from) noexcept {
   version = reader.u32();
   const std::uint64_t rows = reader.u64();
   voxels = {};
-  bool is_canonical = rows != 0 && !is(against.submap);
+  bool is_canonical = rows != 0 && has_blocks(against);
   for (std::uint64_t left = rows; left != 0; left &= left - 1) {
     const auto row = static_cast<unsigned>(std::countr_zero(left));
     const std::uint8_t bits = reader.u8();

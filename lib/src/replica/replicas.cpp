@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tessera/replica/objection.hpp"
+#include "tessera/replica/contribution_kind.hpp"
 
 namespace tessera {
 
@@ -69,6 +69,15 @@ void Replicas::note_objections() noexcept {
     if (Objection::is(contributions_[slot].id.submap) && objection_count_ < objections_.size())
       objections_[objection_count_++] = slot;
   }
+}
+
+void Replicas::note_frame_change(Slot slot) noexcept {
+  frame_changes_ += FrameStatements::is(contributions_[slot].id.submap) ? 1U : 0U;
+}
+
+void Replicas::set_leaving(Slot slot) noexcept {
+  contributions_[slot].leaving = true;
+  note_frame_change(slot);
 }
 
 void Replicas::close(Slot slot) noexcept {
@@ -200,6 +209,7 @@ Result<Replicas::Change> Replicas::put(Slot slot, BlockKey key, const PartVersio
     ++counted_.replicas_refused_storage;
     return number.status();
   }
+  note_frame_change(slot);
   retire(first, gone.news);
   Replica& replica = records_[*number - 1];
   if (wanted != 0) {
@@ -245,6 +255,7 @@ void Replicas::release(std::uint32_t number) noexcept {
 
 void Replicas::drop(std::uint32_t number) noexcept {
   const Replica& replica = record(number);
+  note_frame_change(replica.slot);
   const std::uint32_t first = find_record(replica.slot, BlockKey{replica.key});
   index_.erase(index_key(replica.slot, replica.key),
                [=](std::uint32_t other) { return other == first; });
@@ -253,21 +264,6 @@ void Replicas::drop(std::uint32_t number) noexcept {
     release(part);
     part = next;
   }
-}
-
-std::uint32_t Replicas::fullness() const noexcept {
-  return std::max(share_in_1024(segments_.used_segments(), config_.segments),
-                  share_in_1024(blocks_, config_.blocks));
-}
-
-ReplicasUsage Replicas::usage() const noexcept {
-  ReplicasUsage usage = counted_;
-  usage.contributions = present_;
-  usage.replica_blocks = blocks_;
-  usage.segments = segments_.used_segments();
-  usage.replica_bytes = std::size_t{usage.segments} * SegmentStore::kSegmentBytes +
-                        std::size_t{blocks_} * sizeof(Replica) + index_.used_bytes();
-  return usage;
 }
 
 }  // namespace tessera

@@ -15,6 +15,7 @@
 #include "tessera/exchange/internal/reach.hpp"
 #include "tessera/exchange/publication.hpp"
 #include "tessera/exchange/teammates.hpp"
+#include "tessera/frames/frame_statements.hpp"
 
 namespace tessera {
 
@@ -50,7 +51,7 @@ class Exchange {
   /// Starts a contribution of this robot's: what publish() is of from now on. The first one before
   /// anything is received: from then on nobody else says anything of that epoch. Fails with
   /// kInvalidArgument iff T_global_map is no frame (GridTransform::make), the epoch is below the
-  /// robot's floor, the submap is no map's (from Objection::kNumber on), or there is such a
+  /// robot's floor, the submap is no map's (is_map), or there is such a
   /// contribution; kResourceExhausted iff there is no place for it.
   [[nodiscard]] Status open(std::uint32_t epoch, std::uint32_t submap,
                             const Matrix34d& T_global_map) noexcept;
@@ -81,6 +82,18 @@ class Exchange {
   /// Returns the bytes on the wire. Fails with kInvalidArgument iff nothing is published yet; as
   /// open(), with the first; as publish(). O(1).
   [[nodiscard]] Result<std::uint32_t> object(const Objection& objection) noexcept;
+  /// States a link of this robot's map to that of another robot, in place of what it stated of that
+  /// one in this epoch. It counts as its bytes are (round_link), also for this robot; collect()
+  /// gives it. Others ask for it: it is not fresh. Returns the bytes on the wire. Fails with
+  /// kInvalidArgument iff nothing is published yet, the link is not from this robot or not of the
+  /// epoch of publish(), or it has no code (encode_link); kResourceExhausted iff links to
+  /// FrameStatements::kMostLinks others were stated in this epoch, there is no place for the
+  /// contribution or no more versions; as ReplicaStore::put. O(1) but for opening the contribution
+  /// with the first one: O(contributions).
+  [[nodiscard]] Result<std::uint32_t> state(const FrameLink& link) noexcept;
+  /// States how well the frame of this robot's contributions is known, in place of what it stated
+  /// in this epoch. Fails in the same way; it has a place beside the links.
+  [[nodiscard]] Result<std::uint32_t> state(const StatedPrior& prior) noexcept;
   /// States from now on that this robot's sessions of epochs below floor count no more: everybody
   /// removes them. Never lower than before, and at most the epoch of publish().
   void set_session_floor(std::uint32_t floor) noexcept;
@@ -208,6 +221,9 @@ class Exchange {
  private:
   [[nodiscard]] bool is_listening(Instant now) noexcept;
   void owe_own(std::uint32_t submap) noexcept;
+  void owe_latest(std::uint32_t submap) noexcept;
+  [[nodiscard]] Result<std::uint32_t> state(BlockKey place,
+                                            std::span<const std::byte> statement) noexcept;
   void hear_presence(const Heard& heard) noexcept;
 
   std::uint32_t robot_ = 0;

@@ -23,6 +23,16 @@ class GridTransform {
   /// is over 2^20 voxels on an axis. What is not quite a rotation is made one. O(1).
   [[nodiscard]] static Result<GridTransform> make(const Matrix34d& T_global_local,
                                                   double resolution_m) noexcept;
+  /// T_team_local: where a contribution lies in the team's frame if its robot's world lies at
+  /// T_team_world, metres. By product(), so that all robots get equal bits; the identity gives
+  /// T_world_local itself. Fails as make(). O(1).
+  [[nodiscard]] static Result<GridTransform> compose(const Matrix34d& T_team_world,
+                                                     const GridTransform& T_world_local,
+                                                     double resolution_m) noexcept;
+  /// The transform itself, a rotation to rounding, by voxels or by metres. O(1).
+  [[nodiscard]] Matrix34d in_voxels() const noexcept;
+  [[nodiscard]] Matrix34d in_metres(double resolution_m) const noexcept;
+  friend bool operator==(const GridTransform&, const GridTransform&) noexcept = default;
 
   /// Phi backwards: the local voxel that contains the centre of a global one.
   [[nodiscard]] VoxelCoord to_local(VoxelCoord global) const noexcept {

@@ -16,6 +16,7 @@
 #include "tessera/grid/block_extent.hpp"
 #include "tessera/grid/internal/block_index.hpp"
 #include "tessera/map/map_config.hpp"
+#include "tessera/replica/contribution_id.hpp"
 #include "tessera/replica/grid_transform.hpp"
 #include "tessera/replica/internal/segment_store.hpp"
 #include "tessera/replica/map_session.hpp"
@@ -23,14 +24,7 @@
 
 namespace tessera {
 
-/// Whose evidence it is. A robot that starts with an empty map opens a new epoch; submaps are parts
-/// of a map that a pose graph may move on their own.
-struct ContributionId {
-  std::uint32_t robot = 0;
-  std::uint32_t epoch = 0;
-  std::uint32_t submap = 0;
-  friend constexpr auto operator<=>(const ContributionId&, const ContributionId&) = default;
-};
+class BlockContent;
 
 /// Of a record's name and content.
 struct RecordHash {
@@ -91,14 +85,20 @@ class Replicas {
     ContributionId id;
     bool present = false;
     bool leaving = false;        ///< No longer part of any sum; its blocks are being dropped.
+    bool hidden = false;         ///< Part of no sum: it has no place (GlobalMap::place).
     std::uint8_t robot_bit = 0;  ///< Of this robot's contributions alone; under kMostRobots.
     std::uint32_t frame_revision = 0;
     std::uint32_t first_block = 0;  ///< Of a list; a record's number plus one, 0: none.
     std::uint32_t blocks = 0;       ///< Parts of blocks.
     std::uint32_t segments = 0;
-    GridTransform T_global_local;
-    BlockExtent extent;    ///< Of all blocks that it ever had.
-    MapSession session{};  ///< Of one (MapSession::is).
+    GridTransform T_global_local;  ///< Where it lies; not valid while it is hidden.
+    GridTransform T_world_local;   ///< As its robot states it: the same where none is placed.
+    std::uint32_t place = 0;       ///< As FrameStamp has it.
+    BlockExtent extent;            ///< Of all blocks that it ever had.
+    MapSession session{};          ///< Of one (MapSession::is).
+    /// Whether it is part of sums.
+    [[nodiscard]] bool counts() const noexcept { return !leaving && !hidden; }
+    [[nodiscard]] FrameStamp frame() const noexcept { return {frame_revision, place}; }
     /// False: it has no block in a range.
     [[nodiscard]] bool may_have(const GridTransform::BlockRange& range) const noexcept {
       return extent.touches({range.first, range.last});
@@ -182,6 +182,12 @@ class Replicas {
     segments_.read(replica.chain, bytes);
     return bytes;
   }
+  /// Adds what is held of a block to content: of each part its live layers, whatever versions these
+  /// are of. first: of find(); null adds nothing. The bytes must be such as check_packed accepts,
+  /// with components that content has room for. packed: at least most_packed_bytes. True iff any
+  /// part has bytes; false: nothing is held of the block, or it is known to be empty. O(bytes).
+  bool read_block(const Replica* first, std::span<std::byte> packed,
+                  BlockContent& content) const noexcept;
   /// What came with it on the wire. As read().
   [[nodiscard]] std::span<const std::byte> read_wire(const Replica& replica,
                                                      std::span<std::byte> into) const noexcept {
@@ -200,20 +206,30 @@ class Replicas {
   [[nodiscard]] std::span<const Slot> objections() const noexcept {
     return std::span(objections_).first(objection_count_);
   }
+  /// Grows whenever what robots state about frames (contribution_kind.hpp) has changed here: one
+  /// was taken, or a contribution of them leaves. Equal: collect() gives the same as before. O(1).
+  [[nodiscard]] std::uint64_t frame_changes() const noexcept { return frame_changes_; }
   [[nodiscard]] const Replica& record(std::uint32_t number) const noexcept {
     return records_[number - 1];
   }
   [[nodiscard]] std::uint32_t number_of(const Replica& replica) const noexcept {
     return static_cast<std::uint32_t>(&replica - records_.data()) + 1;
   }
-  /// session: if it is one.
+  /// As its robot states it, and where it lies. session: if it is one.
   void set_frame(Slot slot, const GridTransform& T_global_local, std::uint32_t revision,
                  const MapSession& session = {}) noexcept {
-    contributions_[slot].T_global_local = T_global_local;
+    contributions_[slot].T_global_local = contributions_[slot].T_world_local = T_global_local;
     contributions_[slot].frame_revision = revision;
     contributions_[slot].session = session;
   }
-  void set_leaving(Slot slot) noexcept { contributions_[slot].leaving = true; }
+  /// Where it lies instead, by which place of its robot's world; hidden: nowhere.
+  void set_place(Slot slot, const GridTransform& T_global_local, bool hidden,
+                 std::uint32_t place) noexcept {
+    contributions_[slot].T_global_local = T_global_local;
+    contributions_[slot].hidden = hidden;
+    contributions_[slot].place = place;
+  }
+  void set_leaving(Slot slot) noexcept;
   /// Of segments and of records, whichever are fuller: those in use, in 1024 of all. O(1).
   [[nodiscard]] std::uint32_t fullness() const noexcept;
   [[nodiscard]] ReplicasUsage usage() const noexcept;
@@ -236,6 +252,7 @@ class Replicas {
   [[nodiscard]] Result<std::uint32_t> add_record(Slot slot, BlockKey key,
                                                  std::uint32_t first) noexcept;
   void note_objections() noexcept;
+  void note_frame_change(Slot slot) noexcept;
   void retire(std::uint32_t first, std::uint8_t news) noexcept;
   void empty(Replica& replica) noexcept;
   void release(std::uint32_t number) noexcept;
@@ -260,6 +277,7 @@ class Replicas {
   std::uint32_t present_ = 0;
   std::array<Slot, std::size_t{2} * kMostRobots> objections_{};  ///< By ascending id.
   std::uint32_t objection_count_ = 0;
+  std::uint64_t frame_changes_ = 0;
   std::uint32_t records_used_ = 0;  ///< Records that were ever taken.
   std::uint32_t free_records_ = 0;  ///< A list by Replica::next, as first_block.
   std::uint32_t blocks_ = 0;

@@ -73,7 +73,8 @@ class ChunkTaker {
   [[nodiscard]] Taken take_records(const Into& into, HeldContribution& contribution,
                                    const ChunkHeader& header,
                                    std::span<const std::byte> bytes) noexcept;
-  [[nodiscard]] static bool is_objection(const ChunkRecord& record, BlockKey place) noexcept;
+  [[nodiscard]] static bool is_statement(const ContributionId& id, BlockKey place,
+                                         const ChunkRecord& record) noexcept;
   [[nodiscard]] Fate take_record(const Into& into, HeldContribution& contribution,
                                  const ChunkHeader& header, std::uint32_t leaf_number,
                                  ChunkRecord& record) noexcept;

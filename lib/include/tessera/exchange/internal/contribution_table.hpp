@@ -94,7 +94,8 @@ class ContributionTable {
   /// Places that others' contributions may take, and that are free. O(1).
   [[nodiscard]] std::uint32_t free_places() const noexcept;
   /// Nothing of it is missing that one should wait for. Objections of an epoch that a robot has
-  /// left do not count: only the process that is gone may have had all. O(contributions).
+  /// left, and what it stated about frames then, do not count: only the process that is gone may
+  /// have had all. O(contributions).
   [[nodiscard]] bool lacks_nothing(const HeldContribution& contribution) const noexcept;
   /// Contributions that have slots in the store and are none here: they are being removed. O(the
   /// same).
@@ -126,7 +127,7 @@ class ContributionTable {
     const bool was_counted = is_counted(contribution);
     contribution.own = true;
     if (was_counted && !is_counted(contribution)) of_robots_.remove(contribution.id);
-    opened_ += contribution.id.submap < Objection::kNumber ? 1U : 0U;
+    opened_ += is_map(contribution.id) ? 1U : 0U;
   }
   /// The one that this robot publishes, or null. O(1).
   [[nodiscard]] HeldContribution* publishing() noexcept {
@@ -165,26 +166,28 @@ class ContributionTable {
   };
   /// Places that others' contributions of a robot may have of this one's kind.
   [[nodiscard]] std::uint32_t most_of_robot(const ContributionId& id) const noexcept {
-    switch (PlacesOfRobots::kind_of(id)) {
-      case PlacesOfRobots::Kind::kSession:
+    switch (kind_of(id)) {
+      case ContributionKind::kSession:
         return MapSession::kPlacesOfRobot;
-      case PlacesOfRobots::Kind::kObjections:
+      case ContributionKind::kObjections:
         return Objection::kPlacesOfRobot;
-      case PlacesOfRobots::Kind::kMap:
+      case ContributionKind::kFrames:
+        return FrameStatements::kPlacesOfRobot;
+      case ContributionKind::kMap:
         break;
     }
     return per_robot_;
   }
-  /// This robot has as many as it wants of its own maps. Of its objections it has those that others
-  /// have, of its newest epochs.
+  /// This robot has as many as it wants of its own maps and sessions. Of its objections, and of
+  /// what it states about frames, it has those that others have, of its newest epochs.
   [[nodiscard]] static bool is_counted(const HeldContribution& one) noexcept {
-    return one.used && (!one.own || Objection::is(one.id.submap));
+    return one.used && (!one.own || !has_blocks(one.id));
   }
   void take_place(HeldContribution& place, const ContributionId& id, Instant now) noexcept;
   [[nodiscard]] HeldContribution* free_place(bool own) noexcept;
   [[nodiscard]] HeldContribution* place_of_silent(Instant now) noexcept;
   [[nodiscard]] HeldContribution* place_of_name() noexcept;
-  void disown_objections(std::uint32_t robot) noexcept;
+  void disown_earlier(const ContributionId& id) noexcept;
   struct Replaced {
     HeldContribution* lowest = nullptr;
     bool is_it = false;

@@ -52,6 +52,9 @@ class Ledger {
   /// As Exchange::object. Without a contribution of objections it opens one.
   [[nodiscard]] Result<std::uint32_t> object(const Objection& objection,
                                              ExchangeReport& counted) noexcept;
+  /// The same of what is stated about frames, in its place. Fails as Exchange::state.
+  [[nodiscard]] Result<std::uint32_t> state(BlockKey place, std::span<const std::byte> statement,
+                                            ExchangeReport& counted) noexcept;
   [[nodiscard]] Status open_session(std::uint32_t submap, const MapSession& session,
                                     const Matrix34d& T_global_map,
                                     ExchangeReport& counted) noexcept;
@@ -178,6 +181,8 @@ class Ledger {
                                                const Matrix34d& T_global_map,
                                                const MapSession& session,
                                                ExchangeReport& counted) noexcept;
+  [[nodiscard]] Result<Contribution*> open_once(std::uint32_t submap,
+                                                ExchangeReport& counted) noexcept;
   /// By the policy alarm nothing ends.
   [[nodiscard]] bool is_ended(const ContributionId& id) noexcept {
     return policy_ == ConflictPolicy::kExclude && conflicts_.find(id.robot, id.epoch) != nullptr;

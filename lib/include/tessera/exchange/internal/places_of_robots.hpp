@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// How many places the contributions of each robot have, those of sessions apart.
+// How many places the contributions of each robot have, those of each kind apart.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,7 @@
 #include "tessera/base/arena.hpp"
 #include "tessera/base/assert.hpp"
 #include "tessera/base/status.hpp"
-#include "tessera/replica/map_session.hpp"
-#include "tessera/replica/objection.hpp"
+#include "tessera/replica/contribution_kind.hpp"
 
 namespace tessera {
 
@@ -30,8 +29,7 @@ class PlacesOfRobots {
   }
   PlacesOfRobots() noexcept = default;
 
-  /// Those of the robot of id: of its sessions if id is one, of all else if it is none. O(log
-  /// places).
+  /// Those of the robot of id that are of its kind. O(log places).
   [[nodiscard]] std::uint32_t count(const ContributionId& id) const noexcept {
     const std::size_t at = find(key_of(id));
     return at < size_ && counts_[at].key == key_of(id) ? counts_[at].places : 0;
@@ -57,13 +55,6 @@ class PlacesOfRobots {
     const auto from = counts_.begin() + static_cast<std::ptrdiff_t>(at);
     std::copy(from + 1, counts_.begin() + static_cast<std::ptrdiff_t>(size_), from);
     --size_;
-  }
-
-  /// Contributions of each kind have places of their own.
-  enum class Kind : std::uint8_t { kMap, kSession, kObjections };
-  [[nodiscard]] static Kind kind_of(const ContributionId& id) noexcept {
-    if (MapSession::is(id.submap)) return Kind::kSession;
-    return Objection::is(id.submap) ? Kind::kObjections : Kind::kMap;
   }
 
  private:

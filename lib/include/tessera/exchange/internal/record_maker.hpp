@@ -33,9 +33,10 @@ class RecordMaker {
                                               const BlockContent& content,
                                               VersionRange& published) noexcept;
 
-  /// The same of a robot's objections. O(1).
-  [[nodiscard]] Result<std::uint32_t> publish_objection(const Into& into, HeldContribution& own,
-                                                        const Objection& objection) noexcept;
+  /// The same of a contribution without blocks, whose records are not coded. O(bytes).
+  [[nodiscard]] Result<std::uint32_t> publish_bytes(const Into& into, HeldContribution& own,
+                                                    BlockKey place,
+                                                    std::span<const std::byte> bytes) noexcept;
 
  private:
   static constexpr std::size_t kMostCoded = most_coded_bytes(kBlockLayers);
