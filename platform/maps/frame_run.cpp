@@ -24,6 +24,7 @@ Json to_json(const Agreement& agreement) {
           {"contradicted", agreement.contradicted},
           {"unseen", agreement.unseen},
           {"flat_share", agreement.flat_share()},
+          {"flat_agreed", agreement.flat_agreed},
           {"labelled", agreement.labelled},
           {"same_label", agreement.same_label}};
 }
@@ -118,6 +119,7 @@ Json to_json(const FrameAnswer& answer) {
           {"agreement_before", to_json(answer.agreement_guess)},
           {"support", answer.support},
           {"support_second", answer.support_second},
+          {"agreement_second", to_json(answer.agreement_second)},
           {"pairs", answer.pairs},
           {"accepted", is_found},
           {"reason", is_found ? Json() : Json(to_string(answer.verdict))}};

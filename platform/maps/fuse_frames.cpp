@@ -9,6 +9,7 @@
 #include <span>
 
 #include "tessera/base/rigid.hpp"
+#include "tessera/frames/answer_link.hpp"
 #include "tessera/frames/team_frames.hpp"
 
 namespace tessera {
@@ -17,17 +18,10 @@ namespace {
 
 /// What a search says of a pair, for TeamFrames. The members are the places of the inputs.
 FrameLink link_of(std::size_t from, std::size_t to, const FrameAnswer& answer) {
-  FrameLink link;
+  FrameLink link = tessera::link_of(answer, Matrix34d::Identity(), Matrix34d::Identity());
   link.from = static_cast<std::uint32_t>(from);
   link.to = static_cast<std::uint32_t>(to);
   link.revision = 1;
-  link.T_from_to = answer.T_a_b;
-  link.covariance.about_a = answer.middle_a;
-  for (std::size_t row = 0; row < FrameCovariance::kSize; ++row) {
-    for (std::size_t column = 0; column <= row; ++column)
-      link.covariance.values[FrameCovariance::index(row, column)] =
-          answer.covariance[FrameCovariance::kSize * row + column];
-  }
   return link;
 }
 

@@ -17,7 +17,8 @@ ALLOWED = re.compile(r"^(mem(cpy|set|move|cmp)|sqrtf?|__popcountdi2|__stack_chk_
 # Functions of the core that it calls through pointers, and who does: parts of their mangled names. "": anyone.
 TARGETS = {"add_rows_of_four": "", "add_rows_of_eight": "", "add_by_eights": "", "OctetsOnAny": "12CompactTuple", "OctetsWithAvx2": "12CompactTuple", "SpanReader4read": "", "SpanWriter5write": "", "4_FUN": "",
            "ExchangePublication": "9Publisher", "MapperArchive": "12MovingWindow",
-           "12ArchiveCalls": "Mapper", "13WholeMapCalls4find": "10KeyedIndex", "13WholeMapCalls1": "8WholeMap", "CallbacksOfC": "7tessera", "FileOfC": "7tessera"}
+           "12ArchiveCalls": "Mapper", "13WholeMapCalls4find": "10KeyedIndex", "13WholeMapCalls1": "8WholeMap", "CallbacksOfC": "7tessera", "FileOfC": "7tessera",
+           "take_of_map": "11FrameFinder", "19ReplicaSketchSource4take": "11FrameFinder"}
 FUNCTION = re.compile(r"^[0-9a-f]+ <([^>]+)>:$")
 OBJECT = re.compile(r"^(\S+\.o):\s+file format")
 INSTRUCTION = re.compile(r"^\s+[0-9a-f]+:\s+(?:(?:rep|repz|notrack|bnd|data16|cs|lock)\s+)*(\S+)\s*(.*)$")

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-# Frames between contributions, and of a team; included by lib/CMakeLists.txt.
+# Frames between contributions, and of a team, and how a robot finds and uses them; included by
+# lib/CMakeLists.txt.
 target_sources(tessera
   PUBLIC FILE_SET HEADERS FILES
     include/tessera/c/frames.h
+    include/tessera/frames/answer_link.hpp
     include/tessera/frames/frame_finder.hpp
     include/tessera/frames/frame_follower.hpp
     include/tessera/frames/frame_link.hpp
+    include/tessera/frames/frame_statements.hpp
     include/tessera/frames/internal/columns.hpp
     include/tessera/frames/internal/overlap_check.hpp
     include/tessera/frames/internal/place_fit.hpp
@@ -13,20 +16,31 @@ target_sources(tessera
     include/tessera/frames/internal/symmetric.hpp
     include/tessera/frames/internal/yaw_search.hpp
     include/tessera/frames/map_sketch.hpp
+    include/tessera/frames/replica_sketch_source.hpp
     include/tessera/frames/search_reach.hpp
+    include/tessera/frames/sketch_source.hpp
     include/tessera/frames/team_frames.hpp
+    include/tessera/robot/frames_config.hpp
+    include/tessera/robot/internal/link_maker.hpp
+    include/tessera/robot/internal/team_placement.hpp
+    include/tessera/robot/shared_frames.hpp
   PRIVATE
     src/c/tessera_c_frames.cpp
+    src/frames/answer_link.cpp
     src/frames/columns.cpp
+    src/frames/covariance_code.cpp
     src/frames/dense_factor.cpp
     src/frames/frame_finder.cpp
     src/frames/frame_finder_fit.cpp
     src/frames/frame_follower.cpp
     src/frames/frame_link.cpp
+    src/frames/frame_statements.cpp
     src/frames/loop_trials.cpp
     src/frames/map_sketch.cpp
     src/frames/overlap_check.cpp
     src/frames/place_fit.cpp
+    src/frames/replica_sketch_source.cpp
+    src/frames/sketch_source.cpp
     src/frames/statement_error.cpp
     src/frames/surface_fit.cpp
     src/frames/symmetric.cpp
@@ -37,4 +51,7 @@ target_sources(tessera
     src/frames/team_statements.cpp
     src/frames/team_votes.cpp
     src/frames/turn_to_priors.cpp
-    src/frames/yaw_search.cpp)
+    src/frames/yaw_search.cpp
+    src/robot/link_maker.cpp
+    src/robot/shared_frames.cpp
+    src/robot/team_placement.cpp)

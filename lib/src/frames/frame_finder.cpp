@@ -10,9 +10,9 @@ namespace tessera {
 
 namespace {
 
-/// So many entries of a map's index are looked at in a step, and blocks among them taken in.
-constexpr std::size_t kEntriesStep = 16;
-
+bool is_source(const SketchSource& source) noexcept {
+  return source.take != nullptr && source.resolution_m > 0.0;
+}
 bool is_length(double value) noexcept { return value >= 0.0 && value <= 1000.0; }
 
 }  // namespace
@@ -57,52 +57,46 @@ Status FrameFinder::make_at(FrameFinder& place, Arena& arena) noexcept {
 
 Status FrameFinder::begin(const LocalMap& a, const LocalMap& b,
                           const FrameQuestion& question) noexcept {
+  return begin(sketch_source_of(a), sketch_source_of(b), question);
+}
+
+Status FrameFinder::begin(const SketchSource& a, const SketchSource& b,
+                          const FrameQuestion& question) noexcept {
   const auto is_near = [&](int axis) {
     constexpr double kFarthest_m = 1e6;
     const double t = question.T_a_b_guess(axis, 3);
     return t <= kFarthest_m && t >= -kFarthest_m;
   };
-  const bool is_valid =
-      check_rigid(question.T_a_b_guess) == Status::kOk && is_near(0) && is_near(1) && is_near(2) &&
-      is_length(question.reach_m) && is_length(question.reach_z_m) &&
-      question.reach_z_m <= FrameQuestion::kMostReachZ_m && question.yaw_steps >= 0;
+  const bool is_valid = check_rigid(question.T_a_b_guess) == Status::kOk && is_near(0) &&
+                        is_near(1) && is_near(2) && is_length(question.reach_m) &&
+                        is_length(question.reach_z_m) &&
+                        question.reach_z_m <= FrameQuestion::kMostReachZ_m &&
+                        question.yaw_steps >= 0 && is_source(a) && is_source(b);
   if (!is_valid) return Status::kInvalidArgument;
-  map_a_ = &a;
-  map_b_ = &b;
+  source_a_ = a;
+  source_b_ = b;
   question_ = question;
   answer_ = {};
   answer_.T_a_b = question.T_a_b_guess;
   finalist_count_ = 0;
   steps_ = 0;
-  a_.begin(a.lattice().resolution_m());
-  b_.begin(b.lattice().resolution_m());
+  a_.begin(a.resolution_m);
+  b_.begin(b.resolution_m);
   cursor_ = {};
-  entries_left_ = a.index().slots();
   phase_ = Phase::kTakeA;
   return Status::kOk;
-}
-
-bool FrameFinder::take(const LocalMap& map, MapSketch& sketch) noexcept {
-  const std::size_t wanted = entries_left_ < kEntriesStep ? entries_left_ : kEntriesStep;
-  const std::size_t looked = map.visit_blocks(cursor_, wanted, [&](BlockKey, SlabHandle handle) {
-    sketch.add(map, handle);
-    return true;
-  });
-  entries_left_ = looked < entries_left_ && looked != 0 ? entries_left_ - looked : 0;
-  return entries_left_ == 0;
 }
 
 bool FrameFinder::step() noexcept {
   if (phase_ != Phase::kDone) ++steps_;
   switch (phase_) {
     case Phase::kTakeA:
-      if (!take(*map_a_, a_)) break;
+      if (!source_a_.take(source_a_.context, cursor_, a_)) break;
       cursor_ = {};
-      entries_left_ = map_b_->index().slots();
       phase_ = Phase::kTakeB;
       break;
     case Phase::kTakeB:
-      if (take(*map_b_, b_)) phase_ = Phase::kFinishA;
+      if (source_b_.take(source_b_.context, cursor_, b_)) phase_ = Phase::kFinishA;
       break;
     case Phase::kFinishA:
       a_.finish(scratch_);
@@ -136,6 +130,7 @@ bool FrameFinder::step() noexcept {
       try_heading();
       break;
     case Phase::kRank:
+    case Phase::kRival:
       if (fit_.step()) take_ranked();
       break;
     case Phase::kFit:

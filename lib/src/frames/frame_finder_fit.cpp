@@ -17,13 +17,14 @@ Matrix34d turned(const std::array<double, 2>& heading, const Point3d& t) noexcep
   return T;
 }
 
-/// Whether two transforms put a point over 1 m apart, or differ by over 3 degrees.
+/// Whether two transforms put a point over 1 m apart, or differ by over 6 degrees: fits of one
+/// place with few surfaces end up to 4 degrees apart.
 bool is_elsewhere(const Matrix34d& one, const Matrix34d& other, const Point3d& p_b) noexcept {
   constexpr double kApart_m = 1.0;
-  constexpr double kCos3 = 0.99863;
+  constexpr double kCos6 = 0.99452;
   if (norm(Point3d(apply(one, p_b) - apply(other, p_b))) > kApart_m) return true;
   const Matrix34d between = product(inverse(one), other);
-  return (between(0, 0) + between(1, 1) + between(2, 2) - 1.0) / 2.0 < kCos3;
+  return (between(0, 0) + between(1, 1) + between(2, 2) - 1.0) / 2.0 < kCos6;
 }
 
 // From far to near.
@@ -31,11 +32,11 @@ using Round = SurfaceFit::Round;
 constexpr std::array<Round, 8> kRankRounds{{{1.5, 0.3},
                                             {1.5, 0.3},
                                             {1.5, 0.3},
-                                            {1.5, 0.3},
                                             {1.5, 0.15},
                                             {1.5, 0.15},
-                                            {1.5, 0.15},
-                                            {1.5, 0.15}}};
+                                            {1.0, 0.08},
+                                            {1.0, 0.08},
+                                            {1.0, 0.08}}};
 constexpr std::array<Round, 8> kFitRounds{{{1.2, 0.1},
                                            {1.2, 0.1},
                                            {1.2, 0.1},
@@ -98,43 +99,94 @@ double FrameFinder::height_of(const Candidate& candidate) const noexcept {
   return around_m + (static_cast<double>(best) - kBins / 2.0 + 0.5) * kBin_m;
 }
 
+Matrix34d FrameFinder::place_of(std::size_t candidate, int columns_x,
+                                int columns_y) const noexcept {
+  const Candidate& at = search_.candidates()[candidate];
+  const Matrix34d between = turned(
+      {at.cosine, at.sine}, {at.x_m + columns_x * columns_.width_m(),
+                             at.y_m + columns_y * columns_.width_m(), ranked_[candidate].height_m});
+  return product(product(inverse(level_a_.transform()), between), level_b_.transform());
+}
+
 void FrameFinder::begin_next() noexcept {
   ++at_;
   const auto at = static_cast<std::size_t>(at_);
-  const Point3d& middle_b = level_b_.origin_map;
-  if (phase_ == Phase::kRank && at < search_.candidates().size()) {
-    const Candidate& candidate = search_.candidates()[at];
-    const Matrix34d between = turned({candidate.cosine, candidate.sine},
-                                     {candidate.x_m, candidate.y_m, height_of(candidate)});
-    const Matrix34d T_a_b =
-        product(product(inverse(level_a_.transform()), between), level_b_.transform());
-    fit_.begin(a_, b_, T_a_b, middle_b, {kRankRounds, kRankedSurfaces, kRankedSurfaces});
-  } else if (phase_ == Phase::kRank && finalist_count_ == 0) {
+  if (phase_ == Phase::kRank) {
+    if (at < search_.candidates().size()) return begin_ranked(at);
+    choose_rivals();
+    phase_ = Phase::kRival;
+    at_ = 0;
+  }
+  if (phase_ == Phase::kRival) {
+    const auto start = static_cast<std::size_t>(at_);
+    if (start < rival_count_ * kStarts) return begin_rival(start);
+    phase_ = Phase::kFit;
+    at_ = 0;
+  }
+  const auto finalist = static_cast<std::size_t>(at_);
+  if (finalist >= finalist_count_) return begin_best();
+  fit_.begin(a_, b_, finalists_[finalist].T_a_b, level_b_.origin_map,
+             {kFitRounds, kFittedSurfaces, kCheckedSurfaces});
+}
+
+void FrameFinder::begin_ranked(std::size_t at) noexcept {
+  ranked_[at] = {height_of(search_.candidates()[at]), 0.0};
+  fit_.begin(a_, b_, place_of(at, 0, 0), level_b_.origin_map,
+             {kRankRounds, kRankedSurfaces, kRankedSurfaces});
+}
+
+void FrameFinder::begin_rival(std::size_t at) noexcept {
+  // The columns about the one that it was fitted from.
+  const auto turn = static_cast<int>(at % kStarts);
+  const int place = turn < 4 ? turn : turn + 1;
+  fit_.begin(a_, b_, place_of(rivals_[at / kStarts], place % 3 - 1, place / 3 - 1),
+             level_b_.origin_map, {kRankRounds, kRivalSurfaces, kRankedSurfaces});
+}
+
+void FrameFinder::begin_best() noexcept {
+  if (finalist_count_ == 0) {
     answer_.verdict = FrameVerdict::kNoneFits;
     phase_ = Phase::kDone;
-  } else if (phase_ == Phase::kRank || at < finalist_count_) {
-    if (phase_ == Phase::kRank) at_ = 0;
-    phase_ = Phase::kFit;
-    fit_.begin(a_, b_, finalists_[static_cast<std::size_t>(at_)].T_a_b, middle_b,
-               {kFitRounds, kFittedSurfaces, kCheckedSurfaces});
-  } else {
-    best_ = 0;
-    for (std::size_t i = 1; i < finalist_count_; ++i) {
-      if (finalists_[i].support > finalists_[best_].support) best_ = i;
+    return;
+  }
+  best_ = 0;
+  for (std::size_t i = 1; i < finalist_count_; ++i) {
+    if (finalists_[i].support > finalists_[best_].support) best_ = i;
+  }
+  fit_.begin(a_, b_, finalists_[best_].T_a_b, level_b_.origin_map,
+             {kPolishRounds, kCheckedSurfaces, kCheckedSurfaces});
+  phase_ = Phase::kPolish;
+}
+
+void FrameFinder::choose_rivals() noexcept {
+  // The best is one of them: it too may have ended a column beside.
+  rival_count_ = 0;
+  if (finalist_count_ == 0) return;
+  std::array<bool, YawSearch::kMostCandidates> is_taken{};
+  const std::size_t count = search_.candidates().size();
+  while (rival_count_ < kRivals) {
+    std::size_t next = count;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (is_taken[i]) continue;
+      const bool by_columns = rival_count_ < kRivalsByColumns;
+      if (next == count || (!by_columns && ranked_[i].support > ranked_[next].support)) next = i;
     }
-    fit_.begin(a_, b_, finalists_[best_].T_a_b, middle_b,
-               {kPolishRounds, kCheckedSurfaces, kCheckedSurfaces});
-    phase_ = Phase::kPolish;
+    if (next == count) return;
+    is_taken[next] = true;
+    rivals_[rival_count_++] = next;
   }
 }
 
 void FrameFinder::take_ranked() noexcept {
-  if (fit_.is_held()) keep_finalist({fit_.transform(), fit_.agreement().support()});
+  const Finalist found{fit_.transform(), fit_.agreement(), fit_.agreement().support()};
+  if (phase_ == Phase::kRank) ranked_[static_cast<std::size_t>(at_)].support = found.support;
+  if (fit_.is_held()) keep_finalist(found);
   begin_next();
 }
 
 void FrameFinder::take_fitted() noexcept {
-  finalists_[static_cast<std::size_t>(at_)] = {fit_.transform(), fit_.agreement().support()};
+  const Agreement& there = fit_.agreement();
+  finalists_[static_cast<std::size_t>(at_)] = {fit_.transform(), there, there.support()};
   begin_next();
 }
 
@@ -167,13 +219,19 @@ void FrameFinder::take_polished() noexcept {
   answer_.pairs = sums.pairs;
   answer_.agreement = fit_.agreement();
   answer_.support = answer_.agreement.support();
+  // Of other places the one that makes this one most doubtful.
+  double least_clear = 0.0;
   for (std::size_t i = 0; i < finalist_count_; ++i) {
     const Finalist& other = finalists_[i];
-    if (i != best_ && is_elsewhere(answer_.T_a_b, other.T_a_b, level_b_.origin_map) &&
-        other.support > answer_.support_second)
-      answer_.support_second = other.support;
+    const double clear = other.support / most_second(answer_.agreement, other.agreement);
+    if (i == best_ || clear <= least_clear ||
+        !is_elsewhere(answer_.T_a_b, other.T_a_b, level_b_.origin_map))
+      continue;
+    least_clear = clear;
+    answer_.support_second = other.support;
+    answer_.agreement_second = other.agreement;
   }
-  answer_.verdict = verdict(fit_.is_held() && find_covariance(sums));
+  answer_.verdict = verdict(fit_.is_held() && find_covariance(sums), least_clear);
 }
 
 bool FrameFinder::find_covariance(const FitSums& sums) noexcept {
@@ -202,6 +260,12 @@ bool FrameFinder::is_in_reach() const noexcept {
          is_within(off.z(), question_.reach_z_m + 1.0);
 }
 
+double FrameFinder::most_second(const Agreement& best, const Agreement& second) noexcept {
+  const bool has_ground = static_cast<double>(second.flat_agreed) >=
+                          kLeastGround * static_cast<double>(best.flat_agreed);
+  return has_ground && second.share() >= kLeastShare ? kMostCleanSecond : kMostSecond;
+}
+
 double FrameFinder::needed() const noexcept {
   const Agreement& found = answer_.agreement;
   const auto agreed = static_cast<double>(found.agreed);
@@ -211,12 +275,12 @@ double FrameFinder::needed() const noexcept {
   return least > kLeastOfAll ? least : kLeastOfAll;
 }
 
-FrameVerdict FrameFinder::verdict(bool is_held) const noexcept {
+FrameVerdict FrameFinder::verdict(bool is_held, double least_clear) const noexcept {
   const double least = needed();
   if (static_cast<double>(answer_.agreement.agreed) < least) return FrameVerdict::kNoneFits;
   if (answer_.support < least || answer_.agreement.share() < kLeastShare)
     return FrameVerdict::kContradicted;
-  if (answer_.support_second > kMostSecond * answer_.support) return FrameVerdict::kAmbiguous;
+  if (least_clear > answer_.support) return FrameVerdict::kAmbiguous;
   if (!is_held || answer_.worst_sigma_m > kMostSigma_m || answer_.worst_sigma_rad > kMostSigma_rad)
     return FrameVerdict::kLoose;
   return is_in_reach() ? FrameVerdict::kFound : FrameVerdict::kOutOfReach;

@@ -279,8 +279,9 @@ const MapSketch::Surface* MapSketch::find_surface(VoxelCoord cell) const noexcep
 MapSketch::Parts MapSketch::parts(VoxelCoord cell) const noexcept {
   const std::uint32_t entry = entry_of(cell);
   if (entry == 0) return {};
-  if ((entry & kFreeBit) != 0) return {0, free_cells_[(entry & ~kFreeBit) - 1].free};
-  return {surfaces_[entry - 1].occupied, surfaces_[entry - 1].free};
+  if ((entry & kFreeBit) != 0) return {0, free_cells_[(entry & ~kFreeBit) - 1].free, nullptr};
+  const Surface& surface = surfaces_[entry - 1];
+  return {surface.occupied, surface.free, &surface};
 }
 
 }  // namespace tessera

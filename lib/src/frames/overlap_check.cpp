@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "tessera/base/rigid.hpp"
+#include "tessera/frames/internal/surface_fit.hpp"
 
 namespace tessera {
 
@@ -18,6 +19,8 @@ class PartReader {
   explicit PartReader(const MapSketch& sketch) noexcept : sketch_(sketch) {}
 
   enum class State : std::uint8_t { kUnknown, kFree, kOccupied };
+  /// Of the cell that was looked up last; null: it has none.
+  [[nodiscard]] const MapSketch::Surface* surface() const noexcept { return parts_.surface; }
   [[nodiscard]] State state(VoxelCoord part) noexcept {
     const VoxelCoord cell{part.x >> 2, part.y >> 2, part.z >> 2};
     if (!(cell == cell_) || !any_) {
@@ -49,8 +52,16 @@ PartReader::State state_about(PartReader& reader, VoxelCoord part) noexcept {
   return here;
 }
 
-void count_surface(const MapSketch& from, const MapSketch::Surface& surface, const Matrix34d& T,
+/// A turn and shift, and the turn alone.
+struct Motion {
+  explicit Motion(const Matrix34d& of) noexcept : T(of), rotation(rotation_rows(of)) {}
+  Matrix34d T;
+  Matrix3 rotation;
+};
+
+void count_surface(const MapSketch& from, const MapSketch::Surface& surface, const Motion& motion,
                    const MapSketch& to, PartReader& reader, Agreement& sums) noexcept {
+  const Matrix34d& T = motion.T;
   const VoxelCoord cell = MapSketch::cell_of(surface.key);
   const double part_m = from.part_m();
   constexpr int kOneIn = 4;
@@ -68,7 +79,10 @@ void count_surface(const MapSketch& from, const MapSketch::Surface& surface, con
         reader,
         {floor_to_int(p.x() / to_m), floor_to_int(p.y() / to_m), floor_to_int(p.z() / to_m)});
     const bool is_flat = surface.kind == MapSketch::Kind::kFlat;
-    if (state == PartReader::State::kOccupied) {
+    const bool is_occupied = state == PartReader::State::kOccupied;
+    if (is_occupied && !is_flat && are_opposite(surface, motion.rotation, *reader.surface())) {
+      ++sums.unseen;
+    } else if (is_occupied) {
       ++(is_flat ? sums.flat_agreed : sums.agreed);
     } else if (state == PartReader::State::kFree) {
       ++(is_flat ? sums.flat_contradicted : sums.contradicted);
@@ -111,9 +125,10 @@ bool OverlapCheck::count(std::uint32_t surfaces) noexcept {
       continue;
     }
     PartReader reader(to);
+    const Motion motion(is_second_ ? T_b_a_ : T_a_b_);
     const std::uint32_t stride = (from.surface_count() + most_surfaces_ - 1) / most_surfaces_;
     for (; n < surfaces && next_ < from.surface_count(); ++n, next_ += stride)
-      count_surface(from, from.surface(next_), is_second_ ? T_b_a_ : T_a_b_, to, reader, sums_);
+      count_surface(from, from.surface(next_), motion, to, reader, sums_);
   }
   return false;
 }

@@ -41,20 +41,6 @@ const Surface* nearest(const MapSketch& sketch, const Point3d& p, double reach_m
   return best;
 }
 
-/// Whether two surfaces were seen from opposite sides: they are the faces of something thin, and
-/// not one surface.
-bool are_opposite(const Surface& moving, const Matrix3& R, const Surface& fixed) noexcept {
-  const auto of = [](const std::array<std::int8_t, 3>& side, std::size_t i) {
-    return static_cast<double>(side[i]);
-  };
-  double sum = 0.0;
-  for (std::size_t i = 0; i < 3; ++i)
-    sum += of(fixed.open, i) * (R[3 * i] * of(moving.open, 0) + R[3 * i + 1] * of(moving.open, 1) +
-                                R[3 * i + 2] * of(moving.open, 2));
-  constexpr double kOpposite = -3'000.0;  // of 100 times 100
-  return sum < kOpposite;
-}
-
 /// Adds a pair. d: from a to b; M: information; arm: of b's mean from the pivot.
 void add_pair(FitSums& sums, const Point3d& d, const Symmetric3& M, const Point3d& arm,
               double weight) noexcept {
@@ -92,6 +78,20 @@ Matrix34d moved(const Matrix34d& T, const Point3d& pivot, const Vector6& motion)
 }
 
 }  // namespace
+
+bool are_opposite(const MapSketch::Surface& moving, const Matrix3& rotation,
+                  const MapSketch::Surface& fixed) noexcept {
+  const auto of = [](const std::array<std::int8_t, 3>& side, std::size_t i) {
+    return static_cast<double>(side[i]);
+  };
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 3; ++i)
+    sum += of(fixed.open, i) *
+           (rotation[3 * i] * of(moving.open, 0) + rotation[3 * i + 1] * of(moving.open, 1) +
+            rotation[3 * i + 2] * of(moving.open, 2));
+  constexpr double kOpposite = -3'000.0;  // of 100 times 100
+  return sum < kOpposite;
+}
 
 void SurfaceFit::begin(const MapSketch& a, const MapSketch& b, const Matrix34d& T_a_b,
                        const Point3d& pivot_a, const Round& round,

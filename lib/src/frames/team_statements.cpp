@@ -86,6 +86,9 @@ LinkVerdict first_look(const TeamGraph& graph, const FrameLink& link) noexcept {
   const std::uint32_t to = member_of(graph, link.to);
   if (from == graph.robots || to == graph.robots) return LinkVerdict::kNotMember;
   if (from == to || link.revision == 0) return LinkVerdict::kInvalid;
+  // Revisions of another epoch say nothing: a robot that starts anew counts anew.
+  if (graph.frames[from].group != link.from_epoch || graph.frames[to].group != link.to_epoch)
+    return LinkVerdict::kOtherEpoch;
   return LinkVerdict::kUsed;
 }
 
@@ -114,9 +117,6 @@ LinkVerdict read_link(TeamGraph& graph, const FrameLink& link, std::uint32_t sou
   statement.source = source;
   statement.from = static_cast<NodeIndex>(member_of(graph, link.from));
   statement.to = static_cast<NodeIndex>(member_of(graph, link.to));
-  if (graph.frames[statement.from].group != link.from_epoch ||
-      graph.frames[statement.to].group != link.to_epoch)
-    return LinkVerdict::kOtherEpoch;
   if (link.withdrawn) {
     graph.withdrawn |= std::uint64_t{1} << statement.from | std::uint64_t{1} << statement.to;
     return LinkVerdict::kWithdrawn;

@@ -41,4 +41,28 @@ TEST_CASE("a map agrees with itself, and less the further it is moved") {
   CHECK(far.share() == 0.0);
 }
 
+TEST_CASE("a wall that was seen from its other side does not agree") {
+  // Two rooms back to back, each seen from inside: all that they have in common is the wall.
+  SolidWorld rooms = room_of(20.2, 8.0, 3.0, {{{10.0, 0.0, 0.0}, {10.2, 8.0, 3.0}, 2}});
+  const auto inside = [&](double from_m, double to_m) {
+    return map_of(rooms, {{from_m, 0.5, 0.5}, {to_m, 7.5, 2.5}}, room_classes());
+  };
+  const auto one = inside(4.0, 10.2);
+  const auto other = inside(10.0, 16.0);
+  FinderRig rig;
+  REQUIRE(rig.finder.begin(one->map, other->map, FinderRig::nearby()) == Status::kOk);
+  while (!rig.finder.step()) continue;
+  const Matrix34d there = frame_of(0.0, 0.0, 0.0, Point3d::Zero());
+  const Agreement back_to_back =
+      check_overlap(rig.finder.sketch_a(), rig.finder.sketch_b(), there, 8'192);
+  CHECK(back_to_back.agreed == 0);
+  CHECK(back_to_back.contradicted == 0);
+  CHECK(back_to_back.unseen > 100);
+  // Turned by half about the wall both have it from the same side.
+  const Matrix34d turned = frame_of(180.0, 0.0, 0.0, {20.2, 8.0, 0.0});
+  const Agreement same_side =
+      check_overlap(rig.finder.sketch_a(), rig.finder.sketch_b(), turned, 8'192);
+  CHECK(same_side.agreed > 100);
+}
+
 }  // namespace tessera

@@ -11,6 +11,7 @@
 #include "tessera/frames/internal/place_fit.hpp"
 #include "tessera/frames/internal/yaw_search.hpp"
 #include "tessera/frames/map_sketch.hpp"
+#include "tessera/frames/sketch_source.hpp"
 
 namespace tessera {
 
@@ -52,9 +53,10 @@ struct FrameAnswer {
   Matrix6 covariance{};
   Point3d middle_a = Point3d::Zero();  ///< Of the overlap.
   Agreement agreement;                 ///< There.
+  Agreement agreement_second;          ///< At the other place that makes it most doubtful, or zero.
   Agreement agreement_guess;           ///< Where the guess is.
   double support = 0.0;                ///< Of agreement.
-  double support_second = 0.0;         ///< The same of the best other place.
+  double support_second = 0.0;         ///< Of agreement_second.
   double worst_sigma_m = 0.0;          ///< Of the translation, in the direction least held.
   double worst_sigma_rad = 0.0;
   std::uint32_t pairs = 0;  ///< Surfaces on surfaces.
@@ -69,6 +71,13 @@ class FrameFinder {
   static constexpr double kMuch = 0.5;  ///< Of all samples those that agree: in between it falls.
   static constexpr double kLeastShare = 0.95;
   static constexpr double kMostSecond = 0.5;  ///< Of the support of the best.
+  /// The same where the second has kLeastShare too, and ground: it may be the right one, of which
+  /// the maps have little. Such seconds have 0.07 or less where the best is right, in recorded maps
+  /// and streets, and 0.18 or more where it is wrong, in worlds that look alike.
+  static constexpr double kMostCleanSecond = 0.15;
+  /// Flat samples that agree, of those at the best: 0.31 and more where the second is right, 0.03
+  /// and less where maps touch by their walls alone, as rooms do that are side by side.
+  static constexpr double kLeastGround = 0.1;
   static constexpr double kMostSigma_m = 0.1;
   static constexpr double kMostSigma_rad = 0.0087;  ///< Half a degree.
 
@@ -82,13 +91,17 @@ class FrameFinder {
   [[nodiscard]] static Status make_at(FrameFinder& place, Arena& arena) noexcept;
   FrameFinder() noexcept = default;
 
-  /// Starts anew. The maps must stay as they are until step() has taken them in (taken_in()).
-  /// Fails with kInvalidArgument iff the guess is not rigid or over 1000 km, or a reach is not
-  /// finite, negative or too large; the search that was under way goes on then.
+  /// Starts anew. The sources must stay where they are, and what they take from must be there,
+  /// until step() has taken them in (taken_in()). Fails with kInvalidArgument iff the guess is not
+  /// rigid or over 1000 km, a reach is not finite, negative or too large, or a source has no
+  /// function or no positive resolution; the search that was under way goes on then.
+  [[nodiscard]] Status begin(const SketchSource& a, const SketchSource& b,
+                             const FrameQuestion& question) noexcept;
+  /// The same for two maps, which must stay as they are until they are taken in.
   [[nodiscard]] Status begin(const LocalMap& a, const LocalMap& b,
                              const FrameQuestion& question) noexcept;
-  /// The next piece of work: 16 entries of a map's index, with their blocks; a sketch finished or
-  /// drawn; one heading; or a piece of a fit or a check. True iff all is done. At most
+  /// The next piece of work: a piece of a source; a sketch finished or drawn; one heading; or a
+  /// piece of a fit or a check. True iff all is done. At most what a source states of a piece,
   /// 38 million additions of small numbers (one heading), 58,000 look-ups, or a sketch's cells and
   /// columns once.
   bool step() noexcept;
@@ -111,28 +124,46 @@ class FrameFinder {
     kGuess,
     kYaw,
     kRank,
+    kRival,
     kFit,
     kPolish,
     kDone
   };
-  static constexpr std::size_t kFinalists = 4;
+  static constexpr std::size_t kFinalists = 6;
+  /// Candidates that are fitted from the columns beside as well, as one fit may end a metre off and
+  /// contradicted where the candidate is right: the first by their columns, others by their
+  /// support.
+  static constexpr std::size_t kRivals = 9;
+  static constexpr std::size_t kRivalsByColumns = 4;
+  static constexpr std::size_t kStarts = 8;  ///< Of each.
   static constexpr std::uint32_t kRankedSurfaces = 512;
+  static constexpr std::uint32_t kRivalSurfaces = 256;
   static constexpr std::uint32_t kFittedSurfaces = 2'048;
   static constexpr std::uint32_t kCheckedSurfaces = 8'192;
   static constexpr std::uint32_t kLeastColumns = 24;  ///< That stand, in each map.
   /// Of neighbouring surfaces this number errs as one.
   static constexpr double kPairsAsOne = 16.0;
 
+  /// Of a candidate, after its first fit.
+  struct Ranked {
+    double height_m = 0.0;
+    double support = 0.0;
+  };
   struct Finalist {
     Matrix34d T_a_b = Matrix34d(Matrix34d::Identity());
+    Agreement agreement;
     double support = 0.0;
   };
 
-  bool take(const LocalMap& map, MapSketch& sketch) noexcept;
   void begin_guess() noexcept;
   void try_heading() noexcept;
-  /// Begins the fit of the next candidate or finalist, or of the best, or ends.
+  /// Begins the fit of the next candidate, rival or finalist, or of the best, or ends.
   void begin_next() noexcept;
+  void begin_ranked(std::size_t at) noexcept;
+  void begin_rival(std::size_t at) noexcept;
+  void begin_best() noexcept;
+  /// Among candidates that are ranked. O(kRivals candidates).
+  void choose_rivals() noexcept;
   void take_ranked() noexcept;
   void keep_finalist(const Finalist& finalist) noexcept;
   void take_fitted() noexcept;
@@ -140,33 +171,41 @@ class FrameFinder {
   /// False iff the surfaces do not hold it.
   [[nodiscard]] bool find_covariance(const FitSums& sums) noexcept;
   [[nodiscard]] bool is_in_reach() const noexcept;
+  /// How much support a second place may have, of that of the best.
+  [[nodiscard]] static double most_second(const Agreement& best, const Agreement& second) noexcept;
   /// How much support is needed.
   [[nodiscard]] double needed() const noexcept;
-  [[nodiscard]] FrameVerdict verdict(bool is_held) const noexcept;
+  /// least_clear: with less support than this the best is ambiguous.
+  [[nodiscard]] FrameVerdict verdict(bool is_held, double least_clear) const noexcept;
   /// Where the middle of b is in a's levelled frame at a heading between these, by the guess or by
   /// the translation.
   [[nodiscard]] Point3d middle_at(const std::array<double, 2>& heading) const noexcept;
   [[nodiscard]] double height_of(const Candidate& candidate) const noexcept;
+  /// Where a candidate puts b, so many columns beside.
+  [[nodiscard]] Matrix34d place_of(std::size_t candidate, int columns_x,
+                                   int columns_y) const noexcept;
 
   MapSketch a_;
   MapSketch b_;
   Columns columns_;
   YawSearch search_;
   std::span<KeyedIndex> scratch_;
-  const LocalMap* map_a_ = nullptr;
-  const LocalMap* map_b_ = nullptr;
+  SketchSource source_a_;
+  SketchSource source_b_;
   FrameQuestion question_;
   FrameAnswer answer_;
   Level level_a_;
   Level level_b_;
+  std::array<Ranked, YawSearch::kMostCandidates> ranked_{};
+  std::array<std::size_t, kRivals> rivals_{};  ///< Of the candidates.
+  std::size_t rival_count_ = 0;
   std::array<Finalist, kFinalists> finalists_{};
   std::size_t finalist_count_ = 0;
   std::size_t best_ = 0;              ///< Of them.
   std::uint32_t least_standing_ = 0;  ///< Columns that stand, of the map with fewer.
   PlaceFit fit_;
   std::array<double, 2> heading_{1.0, 0.0};  ///< Cosine and sine of the guess, levelled.
-  SweepCursor cursor_{};
-  std::size_t entries_left_ = 0;
+  SketchSource::Cursor cursor_;
   Phase phase_ = Phase::kDone;
   int at_ = 0;
   std::uint32_t steps_ = 0;

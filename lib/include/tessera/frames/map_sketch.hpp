@@ -103,6 +103,7 @@ class MapSketch {
   struct Parts {
     std::uint64_t occupied = 0;
     std::uint64_t free = 0;
+    const Surface* surface = nullptr;  ///< Null where no part is occupied.
   };
   [[nodiscard]] Parts parts(VoxelCoord cell) const noexcept;
 

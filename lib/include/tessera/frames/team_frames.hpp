@@ -29,7 +29,8 @@
 // survives, then of one with a vague prior, then of the one with the lowest robot; and when a group
 // splits, the part with the prior or else the lowest robot keeps its frame, and the other one takes
 // that of its own lowest robot. A function without memory cannot keep the frame that a group had
-// before its reference left; a robot's FrameFollower makes the move in small steps.
+// before its reference left: who uses the frames ends the old ones first and begins with the new
+// ones at once, as all of the group move together.
 #pragma once
 
 #include <cstdint>
@@ -144,23 +145,22 @@ class TeamFrames {
   TeamFrames() noexcept = default;
 
   /// The frames of all members: a function of the sets, whose order does not matter. links: of
-  /// several with one (from, to), those with the highest revision count; links and priors of
-  /// robots that are not members are ignored. Each member's frame minimises, with those of its
-  /// group, the sum over used links and vague priors of rho(r^2), r^2 being the Mahalanobis
-  /// distance and rho(x) = s x / (s + x) with s = 2 kMostSquaredSigmas (Geman and McClure 1987),
-  /// by iteratively reweighted Gauss-Newton steps (Barfoot, State Estimation for Robotics, 2017,
-  /// 5.3) from the frames along a spanning tree, with s lowered in steps (Yang et al.,
-  /// Graduated Non-Convexity, RA-L 2020). Cycles as in Grisetti et al., A Tutorial on Graph-Based
-  /// SLAM, 2010, covariances of small motions about a point carried along.
-  /// Fails, with the workspace in an undefined state, with kResourceExhausted iff there are more
-  /// members, links or priors than make() was given; kInvalidArgument iff a member is given twice,
-  /// a member has two priors, or a member's prior is not rigid, over RigidCode::kMostMetres or
-  /// neither exact nor positive definite.
-  /// At worst, for n robots and m links: a test for each of at most 16,000 ways around triangles;
-  /// 8 m tests of cycles of up to n + 1 links, each again up to 8 times where it is open and short;
-  /// n^2 searches over pairs; and kMostIterations + 1 factorisations of 6 n rows with (6 n)^3 / 6
-  /// multiplications each, and one inverse. 9 kB of stack. 64 robots with 512 links take 25 to 90
-  /// ms on one core, 8 robots with 56 links 1 ms.
+  /// several of the members' epochs with one (from, to), those with the highest revision count;
+  /// links and priors of robots that are not members are ignored. Each member's frame minimises,
+  /// with those of its group, the sum over used links and vague priors of rho(r^2), r^2 being the
+  /// Mahalanobis distance and rho(x) = s x / (s + x) with s = 2 kMostSquaredSigmas (Geman and
+  /// McClure 1987), by iteratively reweighted Gauss-Newton steps (Barfoot, State Estimation for
+  /// Robotics, 2017, 5.3) from the frames along a spanning tree, with s lowered in steps (Yang et
+  /// al., Graduated Non-Convexity, RA-L 2020). Cycles as in Grisetti et al., A Tutorial on
+  /// Graph-Based SLAM, 2010, covariances of small motions about a point carried along. Fails, with
+  /// the workspace in an undefined state, with kResourceExhausted iff there are more members, links
+  /// or priors than make() was given; kInvalidArgument iff a member is given twice, a member has
+  /// two priors, or a member's prior is not rigid, over RigidCode::kMostMetres or neither exact nor
+  /// positive definite. At worst, for n robots and m links: a test for each of at most 16,000 ways
+  /// around triangles; 8 m tests of cycles of up to n + 1 links, each again up to 8 times where it
+  /// is open and short; n^2 searches over pairs; and kMostIterations + 1 factorisations of 6 n rows
+  /// with (6 n)^3 / 6 multiplications each, and one inverse. 9 kB of stack. 64 robots with 512
+  /// links take 25 to 90 ms on one core, 8 robots with 56 links 1 ms.
   [[nodiscard]] Result<TeamSolution> solve(std::span<const FrameLink> links,
                                            std::span<const FramePrior> priors,
                                            std::span<const FrameMember> members) noexcept;

@@ -15,7 +15,9 @@ struct Agreement {
   /// Of what stands.
   std::uint32_t agreed = 0;        ///< A surface is there, or in a part beside it.
   std::uint32_t contradicted = 0;  ///< None is, and the part was seen to be free.
-  std::uint32_t unseen = 0;        ///< The other sketch does not know.
+  /// The other sketch does not know, or has it as seen from the opposite side: as two rooms back to
+  /// back have the wall between them, which tells nothing of one place.
+  std::uint32_t unseen = 0;
   /// Of what is flat.
   std::uint32_t flat_agreed = 0;
   std::uint32_t flat_contradicted = 0;

@@ -19,6 +19,11 @@ struct FitSums {
   std::uint32_t pairs = 0;
 };
 
+/// Whether two surfaces were seen from opposite sides: they are the faces of something thin, and
+/// not one surface. rotation: from the frame of moving to that of fixed. O(1).
+[[nodiscard]] bool are_opposite(const MapSketch::Surface& moving, const Matrix3& rotation,
+                                const MapSketch::Surface& fixed) noexcept;
+
 /// A round of a Gauss-Newton scheme on T_a_b, in pieces. Each surface of b is paired with that of a
 /// whose mean is nearest; what is minimised is the sum of d^T (C_a + R C_b R^T + floor^2 I)^-1 d,
 /// with robust weights. Source: Stoyanov, Magnusson, Andreasson, Lilienthal, Fast and Accurate Scan
