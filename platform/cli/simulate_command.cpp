@@ -37,6 +37,11 @@ constexpr Setting kSimulateRows[] = {
         {"--robots"}, "Number of robots", {.value = "N", .allowed = from_to(1.0, 8.0)}),
     row<&SimulateOptions::config, &SimulatorConfig::scans>(
         {"--scans"}, "Scans of each robot", {.value = "N", .allowed = from_to(1.0, 1000.0)}),
+    row<&SimulateOptions::config, &SimulatorConfig::apart_m>(
+        {"--apart"},
+        "Distance along the street between the starts of robots 0 and 1; a robot drives 0.84 to "
+        "0.96 m a scan",
+        {.value = "M", .allowed = from_to(0.0, SimulatorConfig::kMostApart_m, "metres")}),
     row<&SimulateOptions::config, &SimulatorConfig::seed>(
         {"--seed"}, "Seed; the same gives the same bytes", {.value = "S"}),
     path_row<&SimulateOptions::out>({"--out"}, "Folder to write robot_0, robot_1, ... into",

@@ -159,8 +159,9 @@ class Writer {
     const fs::path folder = folder_of(robot);
     make_folder(folder);
     const SimulatorConfig& config = simulator_.config();
-    write_file(folder / kMarker, fmt::format("scene {}, seed {}, robot {}, {} scans\n",
-                                             config.scene, config.seed, robot, scans));
+    write_file(folder / kMarker,
+               fmt::format("scene {}, seed {}, robot {}, {} scans, starts {} m apart\n",
+                           config.scene, config.seed, robot, scans, config.apart_m));
     for (const char* name : kScanFolders) {
       make_folder(folder / name);
       clear_left_overs(folder / name, scans);

@@ -68,7 +68,7 @@ std::string between(const char* what, int most, int given) {
 struct StreetSimulator::Street {
   explicit Street(const SimulatorConfig& given)
       : config(given),
-        traffic(given.seed, given.robots),
+        traffic(given.seed, given.robots, given.apart_m),
         half_length(half_length_m(traffic, given)),
         ground(given.seed, half_length),
         standing(street::lay_out_street(given.seed, ground, half_length)),
@@ -105,6 +105,13 @@ Outcome<StreetSimulator> StreetSimulator::make(const SimulatorConfig& config) {
   }
   if (config.scans < 1 || config.scans > kMaxScans) {
     return Failure{between("scans", kMaxScans, config.scans)};
+  }
+  // So that NaN is refused too.
+  if (!(config.apart_m >= 0.0 && config.apart_m <= SimulatorConfig::kMostApart_m)) {
+    return Failure{
+        fmt::format("the distance between the robots' starts must be 0 to {} m, not {}; choose one "
+                    "in that range",
+                    SimulatorConfig::kMostApart_m, config.apart_m)};
   }
   if (config.weighted_labels < 0 || config.weighted_labels > static_cast<int>(kMostLabels)) {
     return Failure{

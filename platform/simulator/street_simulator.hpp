@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A simulated street of about 160 m x 40 m, robots that drive towards each other on either side of
-// its road, and the data of their laser scanners: points, true labels, and labels as a network
+// A simulated street of 160 m x 40 m or longer, robots that drive towards each other on either side
+// of its road, and the data of their laser scanners: points, true labels, and labels as a network
 // would predict them. Every scan is a pure function of the seed, the robot and the scan's number,
 // independent of earlier calls.
 #pragma once
@@ -30,6 +30,11 @@ struct SimulatorConfig {
   int robots = 2;
   /// 1 .. 1000, at 10 Hz and 8.4 to 9.6 m/s. The street is lengthened for more than about 100.
   int scans = 20;
+  /// 0 .. kMostApart_m: between the starts of the robots 0 and 1, along the street; the others
+  /// start 24 m behind one of them each, in two queues. Robot 0 alone starts half of it before the
+  /// street's middle. The street is lengthened for more than about 120.
+  double apart_m = 60.0;
+  static constexpr double kMostApart_m = 2000.0;
   /// Scans are swept while the robot drives: the scanner turns left once a scan, and faces ahead at
   /// the scan's stamp.
   bool sweep = false;

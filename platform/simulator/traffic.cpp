@@ -13,7 +13,7 @@
 namespace tessera::street {
 namespace {
 
-constexpr double kStart_m = 30.0;
+constexpr double kUsualApart_m = 60.0;
 constexpr double kQueueGap_m = 24.0;
 constexpr double kLane_m = 1.75;
 constexpr double kWalkerSlot_m = 15.0;
@@ -29,7 +29,7 @@ double Traffic::speed(int lane_heading) const {
 double Traffic::driven(int robot, double time_s) const { return speed(heading(robot)) * time_s; }
 
 double Traffic::along(int robot, double time_s) const {
-  const double from_middle = -kStart_m - kQueueGap_m * (robot / 2) + driven(robot, time_s);
+  const double from_middle = -0.5 * apart_m_ - kQueueGap_m * (robot / 2) + driven(robot, time_s);
   return heading(robot) * from_middle;
 }
 
@@ -99,11 +99,22 @@ void Traffic::add_walkers(const Ground& ground, double half_length_m, double tim
       add_person(person, Random(random.next()), RawId::kMovingPerson, 5.5 * time_s + slot);
     }
   }
-  // Someone crosses in front of the park, timed to slip between the slots of both lanes.
+}
+
+/// Someone who crosses in front of the park, timed to slip between the slots of both lanes.
+void Traffic::add_crossing(const Ground& ground, double time_s,
+                           std::vector<Primitive>& solids) const {
+  // The time and the place are right for the usual start. Another one shifts both lanes' slots back
+  // by the same distance, of which whole gaps change nothing: at this later time and farther place
+  // the slots are around the person as they are there.
+  const double back_m = 0.5 * (apart_m_ - kUsualApart_m);
+  const double shift_m = back_m - kQueueGap_m * std::round(back_m / kQueueGap_m);
+  const double later_s = 2.0 * shift_m / (speed(1) + speed(-1));
+  const double farther_m = 0.5 * later_s * (speed(1) - speed(-1));
   Random random(hash_of(seed_, Stream::kWalker, 0));
-  const double y = -5.15 + 1.5 * time_s;
+  const double y = -5.15 + 1.5 * (time_s - later_s);
   if (y > 7.0) return;
-  const double x = random.uniform(1.0, 2.5);
+  const double x = random.uniform(1.0, 2.5) + farther_m;
   Assembly person(solids, {{x, y, ground.height(x, y)}, 0.5 * std::numbers::pi},
                   object_of(random.next()));
   add_person(person, Random(random.next()), RawId::kMovingPerson, 6.0 * time_s);
@@ -114,6 +125,7 @@ std::vector<Primitive> Traffic::solids(const Ground& ground, double half_length_
   std::vector<Primitive> solids;
   add_cars(ground, half_length_m, observer, time_s, solids);
   add_walkers(ground, half_length_m, time_s, solids);
+  add_crossing(ground, time_s, solids);
   return solids;
 }
 

@@ -18,13 +18,15 @@ constexpr double kScanPeriod_s = 0.1;
 
 class Traffic {
  public:
-  /// The robots are in two queues, even numbers heading for +x and odd ones for -x.
-  Traffic(std::uint64_t seed, int robots) : seed_(seed), robots_(robots) {}
+  /// The robots are in two queues, even numbers heading for +x and odd ones for -x. The first ones,
+  /// 0 and 1, start apart_m from each other along the street.
+  Traffic(std::uint64_t seed, int robots, double apart_m)
+      : seed_(seed), robots_(robots), apart_m_(apart_m) {}
 
   /// Even robots drive towards +x (their right side has y < 0), odd ones towards -x.
   static int heading(int robot) { return robot % 2 == 0 ? 1 : -1; }
-  /// Position along the street's axis, metres. The robots 0 and 1 start 30 m before and behind the
-  /// middle.
+  /// Position along the street's axis, metres. The robots 0 and 1 start equally far before and
+  /// behind the middle.
   [[nodiscard]] double along(int robot, double time_s) const;
   /// Metres driven since the first scan.
   [[nodiscard]] double driven(int robot, double time_s) const;
@@ -43,9 +45,11 @@ class Traffic {
                 std::vector<Primitive>& solids) const;
   void add_walkers(const Ground& ground, double half_length_m, double time_s,
                    std::vector<Primitive>& solids) const;
+  void add_crossing(const Ground& ground, double time_s, std::vector<Primitive>& solids) const;
 
   std::uint64_t seed_;
   int robots_;
+  double apart_m_;
 };
 
 }  // namespace tessera::street

@@ -50,7 +50,7 @@ class Simulate(CommandCase):
                       "--report", "simulate.json")
         config = json.loads((self.folder / "simulate.json").read_text())["config"]
         self.assertEqual({"scene": "street", "robots": 2, "scans": 1, "seed": (1 << 64) - 1, "out": "street",
-                          "pose_error": 0.5, "rotation_error": 2.0, "cameras": "off", "sweep": "off", "topk": 0,
+                          "apart": 60.0, "pose_error": 0.5, "rotation_error": 2.0, "cameras": "off", "sweep": "off", "topk": 0,
                           "report": "simulate.json"}, config)
 
     def test_a_report_does_not_replace_what_is_simulated(self):
@@ -65,9 +65,31 @@ class Simulate(CommandCase):
         self.assertNotEqual(*texts)
         self.assertEqual([16, 16], [len(text.split()) for text in texts])
 
+    def starts(self, out):
+        """x of where each robot starts, in the street's frame."""
+        return [float((out / robot / "T_global_map.txt").read_text().split()[3]) for robot in ("robot_0", "robot_1")]
+
+    def test_how_far_apart_robots_start(self):
+        for apart in (0, 60, 437.5, 2000):
+            with self.subTest(apart=apart):
+                first, second = self.starts(self.simulate("street", "--apart", apart))
+                self.assertAlmostEqual(apart, second - first, places=6)
+                self.assertAlmostEqual(0, second + first, places=6)
+        self.assertIn("starts 2000 m apart", (self.folder / "street/robot_1/simulated.txt").read_text())
+
+    def test_robots_start_60_m_apart_unless_asked_otherwise(self):
+        usual, stated, other = (self.contents(self.simulate(name, *options))
+                                for name, options in (("a", ()), ("b", ("--apart", 60)), ("c", ("--apart", 61))))
+        self.assertEqual(usual, stated)
+        self.assertNotEqual(usual, other)
+
+    def test_a_distance_out_of_range_is_refused_with_the_range(self):
+        self.refused("simulate", "--apart", 2000.5, "--out", "street", saying=("--apart", "2000.5", "metres from 0 to 2000"))
+
     def test_bad_usage(self):
         for option, value in (("--scene", "moon"), ("--robots", "0"), ("--robots", "-2"), ("--robots", "99"),
                               ("--scans", "0"), ("--scans", "-1"), ("--scans", "many"), ("--seed", "dice"), ("--seed", "-1"),
+                              ("--apart", "-1"), ("--apart", "2001"), ("--apart", "nan"), ("--apart", "far"),
                               ("--pose-error", "-1"), ("--pose-error", "nan"), ("--pose-error", "1e+300"),
                               ("--rotation-error", "-1"), ("--rotation-error", "181")):
             with self.subTest(option=option, value=value):
