@@ -74,6 +74,17 @@ static_assert(TESSERA_FRAME_AMBIGUOUS == number(FrameVerdict::kAmbiguous));
 static_assert(TESSERA_FRAME_LOOSE == number(FrameVerdict::kLoose));
 static_assert(TESSERA_FRAME_OUT_OF_REACH == number(FrameVerdict::kOutOfReach));
 
+static_assert(TESSERA_FRAMES_GIVEN == number(FrameMode::kGiven));
+static_assert(TESSERA_FRAMES_REFINED == number(FrameMode::kRefined));
+static_assert(TESSERA_FRAMES_FOUND == number(FrameMode::kFound));
+static_assert(TESSERA_PLACED_GIVEN == number(FrameState::kGiven));
+static_assert(TESSERA_PLACED_ROUGHLY == number(FrameState::kPlaced));
+static_assert(TESSERA_PLACED_BY_LINKS == number(FrameState::kLinked));
+static_assert(TESSERA_PLACED_BY_ONE == number(FrameState::kOnlyByOne));
+static_assert(TESSERA_PLACED_ALONE == number(FrameState::kAlone));
+static_assert(TESSERA_PLACED_WITHDRAWN == number(FrameState::kWithdrawn));
+static_assert(TESSERA_PLACED_CONTRADICTED == number(FrameState::kContradicted));
+
 static_assert(TESSERA_ALIGNMENT == kArenaAlignment);
 static_assert(TESSERA_MOST_DATAGRAM_BYTES == kMostDatagramBytes);
 static_assert(TESSERA_MOST_CLASSES == kMaxClasses);

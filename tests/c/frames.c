@@ -207,10 +207,81 @@ static void test_reports(tessera_frame_finder* finder) {
   CHECK(strcmp(tessera_frame_verdict_text(256), "invalid") == 0);
 }
 
+/// Memory of a robot that finds frames.
+static uint8_t team_memory[2][80u << 20] __attribute__((aligned(TESSERA_ALIGNMENT)));
+
+static tessera_robot* team_robot(uint32_t number) {
+  const tessera_class classes[2] = {{.name = "ground"}, {.name = "wall"}};
+  tessera_config config = yard_config(number);
+  uint64_t given = 0;
+  uint64_t bytes = 0;
+  tessera_robot* robot = NULL;
+  config.tick_label_bytes = config.tick_free_bytes = 200000;
+  config.bytes_per_s = 20000000;
+  config.replica_segments = config.robot_segments = 1u << 17;
+  CHECK_STATUS(TESSERA_OK, tessera_required_bytes(&config, 2, &given));
+  config.frames = TESSERA_FRAMES_FOUND;
+  CHECK_STATUS(TESSERA_OK, tessera_required_bytes(&config, 2, &bytes));
+  CHECK(bytes > given + (15u << 20) && bytes < given + (18u << 20));
+  CHECK(bytes <= sizeof(team_memory[number]));
+  CHECK_STATUS(TESSERA_OK,
+               tessera_robot_make(&config, classes, 2, NULL, team_memory[number], bytes, &robot));
+  return robot;
+}
+
+/// Robots that know nothing of each other's frame find it while they tick.
+static void test_team(void) {
+  static uint8_t datagram[TESSERA_MOST_DATAGRAM_BYTES];
+  const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  double T_b_a[12];
+  invert(T_a_b, T_b_a);
+  tessera_robot* const robots[2] = {team_robot(0), team_robot(1)};
+  tessera_placed_robot placed = {.struct_bytes = sizeof(placed)};
+  look(robots[0], 0, 0, identity);
+  look(robots[1], -1, -2, T_b_a);
+  int64_t now_us = 1000000;
+  for (int tick = 0; tick < 2000; ++tick, now_us += 50000) {
+    for (int from = 0; from < 2; ++from) {
+      size_t bytes = 0;
+      CHECK_STATUS(TESSERA_OK, tessera_tick(robots[from], now_us, NULL));
+      do {
+        CHECK_STATUS(TESSERA_OK,
+                     tessera_send(robots[from], now_us, datagram, sizeof(datagram), &bytes));
+        if (bytes != 0)
+          CHECK_STATUS(TESSERA_OK, tessera_receive(robots[1 - from], datagram, bytes, now_us));
+      } while (bytes != 0);
+    }
+  }
+  for (int i = 0; i < 2; ++i) {
+    CHECK_STATUS(TESSERA_OK, tessera_placed_robot_at(robots[i], 0, &placed));
+    CHECK(placed.robot == 0 && placed.in_use == 1 && placed.T_team_map[0] == 1.0);
+    CHECK_STATUS(TESSERA_OK, tessera_placed_robot_at(robots[i], 1, &placed));
+    CHECK(placed.robot == 1 && placed.in_use == 1 && placed.arrived == 1 && placed.anchor == 0);
+    CHECK(placed.state == TESSERA_PLACED_BY_LINKS && placed.suspected == 0);
+    CHECK(placed.sigma_m > 0.0 && placed.sigma_m < 0.2);
+    for (int k = 0; k < 12; ++k)
+      CHECK(fabs(placed.T_team_map[k] - T_a_b[k]) < (k % 4 == 3 ? 0.1 : 0.01));
+    CHECK_STATUS(TESSERA_OUT_OF_RANGE, tessera_placed_robot_at(robots[i], 2, &placed));
+  }
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_placed_robot_at(robots[0], 0, NULL));
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_placed_robot_at(NULL, 0, &placed));
+  // Frames that are given have nothing to tell.
+  tessera_config config = yard_config(0);
+  CHECK_STATUS(TESSERA_OUT_OF_RANGE,
+               tessera_placed_robot_at(small_robot(0, &config, NULL), 0, &placed));
+  config.frames = TESSERA_FRAMES_REFINED;
+  config.frame_sigma_m = 0.0;  // and the rotation's is above 0
+  uint64_t bytes = 0;
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_required_bytes(&config, 2, &bytes));
+  config.frames = TESSERA_FRAMES_FOUND + 1;
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_required_bytes(&config, 2, &bytes));
+}
+
 int main(void) {
   tessera_frame_finder* const finder = test_making();
   test_search(finder);
   test_reports(finder);
+  test_team();
   if (failures == 0) printf("PASS all\n");
   return failures == 0 ? 0 : 1;
 }

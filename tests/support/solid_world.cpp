@@ -96,12 +96,7 @@ WorldMap::WorldMap(const MapConfig& config, const ClassTable& classes)
   REQUIRE(LocalMap::make_at(map, arena, config, classes) == Status::kOk);
 }
 
-std::unique_ptr<WorldMap> map_of(const SolidWorld& world, const WorldView& view,
-                                 const ClassTable& classes) {
-  MapConfig config = config_of_pages(3'000);
-  config.resolution_m = view.resolution_m;
-  auto made = std::make_unique<WorldMap>(config, classes);
-  LocalMap& map = made->map;
+void add_world(const SolidWorld& world, const WorldView& view, LocalMap& map) {
   const Matrix34d T_world_map = inverse(view.T_map_world);
   const Solid box{view.low_world, view.high_world};
   bool all_fit = true;
@@ -117,6 +112,14 @@ std::unique_ptr<WorldMap> map_of(const SolidWorld& world, const WorldView& view,
     all_fit = all_fit && status == Status::kOk;
   }
   REQUIRE(all_fit);
+}
+
+std::unique_ptr<WorldMap> map_of(const SolidWorld& world, const WorldView& view,
+                                 const ClassTable& classes) {
+  MapConfig config = config_of_pages(3'000);
+  config.resolution_m = view.resolution_m;
+  auto made = std::make_unique<WorldMap>(config, classes);
+  add_world(world, view, made->map);
   return made;
 }
 

@@ -58,6 +58,9 @@ struct WorldMap {
 [[nodiscard]] std::unique_ptr<WorldMap> map_of(const SolidWorld& world, const WorldView& view,
                                                const ClassTable& classes);
 
+/// The same into a map that is there, of this resolution.
+void add_world(const SolidWorld& world, const WorldView& view, LocalMap& map);
+
 /// A turn by yaw about z, then by tilt about a horizontal axis, and a shift; degrees and metres.
 [[nodiscard]] Matrix34d frame_of(double yaw_deg, double tilt_deg, double axis_deg,
                                  const Point3d& shift_m);

@@ -255,6 +255,10 @@ tessera_status tessera_exchange(const tessera_robot* robot, tessera_exchange_rep
 /// what they met of it. TESSERA_OUT_OF_RANGE iff there are not so many.
 tessera_status tessera_teammate_at(const tessera_robot* robot, uint32_t index, int64_t now_us,
                                    tessera_teammate* teammate);
+/// The robot of that place, from 0, of a team whose frames are found, by ascending number; this
+/// robot is among them. TESSERA_OUT_OF_RANGE iff there are not so many, or frames are given.
+tessera_status tessera_placed_robot_at(const tessera_robot* robot, uint32_t index,
+                                       tessera_placed_robot* placed);
 /// The contribution of that place, from 0. TESSERA_OUT_OF_RANGE iff there are not so many.
 tessera_status tessera_contribution_at(const tessera_robot* robot, uint32_t index,
                                        tessera_contribution* contribution);

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "tessera/base/rigid.hpp"
 #include "tessera/map/map_file.hpp"
 #include "tessera/map/whole_map.hpp"
 #include "tessera/robot/robot.hpp"
@@ -53,7 +54,9 @@ inline Matrix34d frame_of_local(const tessera_robot& robot) noexcept {
   const Sharer& sharer = robot.robot->sharer();
   const std::uint32_t submap = robot.robot->maps().number();
   const bool is_open = submap == sharer.submap().submap || !sharer.frames().has(submap);
-  return is_open ? sharer.frame() : sharer.frame_of(submap);
+  const Matrix34d T_world_map = is_open ? sharer.frame() : sharer.frame_of(submap);
+  return sharer.shared_frames() == nullptr ? T_world_map
+                                           : product(sharer.T_global_world(), T_world_map);
 }
 /// Whether all of the map can be read as one.
 inline bool is_settled(const tessera_robot& robot, std::uint32_t map) noexcept {

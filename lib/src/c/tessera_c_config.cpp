@@ -137,6 +137,10 @@ void for_fields_of_global(tessera_config& c, RobotConfig& core, Visit&& visit) n
   visit(c.whole_map, global.diffusion.whole_map);
   visit(c.weigh_robots, global.diffusion.weigh_robots);
   visit(c.reliability_alarm, global.diffusion.reliability_alarm);
+  visit(c.frames, core.frames.mode);
+  visit(c.frame_robots, core.frames.most_robots);
+  visit(c.frame_sigma_m, core.frames.sigma_m);
+  visit(c.frame_sigma_rad, core.frames.sigma_rad);
 }
 
 template <class Visit>
@@ -159,7 +163,7 @@ bool are_kinds(const tessera_config& c) noexcept {
          c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
          c.weigh_robots <= 1 && c.fill_neighbours <= 7 && c.block_edge <= 4 && c.conflicts <= 1 &&
          c.reserved == 0 && c.body_boxes <= TESSERA_MOST_BODY_BOXES && c.reserved_2 == 0 &&
-         c.reserved_3 == 0;
+         c.reserved_3 == 0 && c.frames <= TESSERA_FRAMES_FOUND;
 }
 
 /// What required_bytes can compute with.
@@ -178,7 +182,7 @@ bool are_sizes(const RobotConfig& config) noexcept {
          diffusion.iterations >= 0 && diffusion.iterations <= DiffusionConfig::kMostHalo &&
          diffusion.length_m > 0.0F && diffusion.length_m <= 1e6F &&
          diffusion.reliability_alarm >= 0.0F && diffusion.reliability_alarm <= 1.0F &&
-         config.deadline_us >= 0 && is_time(config.deadline_us);
+         config.deadline_us >= 0 && is_time(config.deadline_us) && is_valid(config.frames);
 }
 
 /// False: it is out of its range.

@@ -44,6 +44,27 @@ tessera_agreement agreement_of(const Agreement& from) noexcept {
 
 extern "C" {
 
+tessera_status tessera_placed_robot_at(const tessera_robot* robot, uint32_t index,
+                                       tessera_placed_robot* placed) {
+  if (!is_robot(robot) || !can_fill(placed)) return TESSERA_INVALID_ARGUMENT;
+  const SharedFrames* const frames = robot->robot->sharer().shared_frames();
+  if (frames == nullptr || index >= frames->robots().size()) return TESSERA_OUT_OF_RANGE;
+  const PlacedRobot& from = frames->robots()[index];
+  tessera_placed_robot filled{};
+  filled.robot = from.robot;
+  filled.group = from.frame.group;
+  filled.anchor = from.frame.anchor;
+  filled.state = static_cast<std::uint32_t>(from.frame.state);
+  filled.in_use = from.follower.in_use() ? 1U : 0U;
+  filled.arrived = from.follower.arrived() ? 1U : 0U;
+  filled.suspected = from.frame.suspected ? 1U : 0U;
+  std::copy_n(from.follower.frame().data(), 12, filled.T_team_map);
+  filled.sigma_m = from.frame.covariance.sigma_m();
+  filled.sigma_rad = from.frame.covariance.sigma_rad();
+  fill(filled, placed);
+  return TESSERA_OK;
+}
+
 const char* tessera_frame_verdict_text(uint32_t verdict) {
   return to_string(static_cast<FrameVerdict>(verdict > UINT8_MAX ? UINT8_MAX : verdict));
 }
@@ -111,6 +132,7 @@ tessera_status tessera_frame_finder_answer(const tessera_frame_finder* finder,
   filled.support = from.support;
   filled.support_second = from.support_second;
   filled.agreement = agreement_of(from.agreement);
+  filled.agreement_second = agreement_of(from.agreement_second);
   filled.agreement_guess = agreement_of(from.agreement_guess);
   filled.pairs = from.pairs;
   filled.steps = finder->finder.steps();

@@ -8,6 +8,7 @@
 
 #include "block_adders.hpp"
 #include "tessera/base/internal/put_in_place.hpp"
+#include "tessera/replica/contribution_kind.hpp"
 
 namespace tessera {
 
@@ -148,7 +149,7 @@ std::uint64_t BlockSums::add_blocks(const Source& source, Slot slot, Adder& adde
 
 template <class Adder>
 std::uint64_t BlockSums::add_contribution(const Source& source, Slot slot, Adder& adder) noexcept {
-  if (source.contribution.leaving) return 0;
+  if (!source.contribution.counts()) return 0;
   TurnedPasses passes(*this);
   const std::uint64_t work = add_blocks(source, slot, adder, &passes);
   passes.give(adder);
@@ -166,8 +167,9 @@ void BlockSums::count_holders(const Replicas& replicas, BlockCoord block, Added&
     ToHolders adder(*this, any);
     for (const Slot slot : contributions) {
       const Replicas::Contribution& one = replicas.contribution(slot);
+      if (one.hidden) continue;
       const bool is_session = MapSession::is(one.id.submap) && one.session.weight != 0;
-      if (of_sessions ? is_session : one.id.submap < Objection::kNumber)
+      if (of_sessions ? is_session : is_map(one.id))
         added.work += add_contribution({replicas, one, block}, slot, adder);
     }
     for_rows(any, [this](int row) {
@@ -211,7 +213,7 @@ std::uint64_t BlockSums::gather_robot(const Replicas& replicas, std::span<const 
       replicas, contributions, [&] { share_.begin_epoch(); },
       [&](Slot slot, bool is_oldest) {
         const Replicas::Contribution& one = replicas.contribution(slot);
-        if (one.id.submap >= Objection::kNumber) return;
+        if (!is_map(one.id) || one.hidden) return;
         work += share_.begin_submap(one.id.submap);
         work += add_contribution({replicas, one, block}, slot, adder);
         if (!is_oldest) share_.end_submap(one.id.submap);
@@ -229,7 +231,7 @@ std::uint64_t BlockSums::add_sessions(const Replicas& replicas, std::span<const 
       replicas, contributions, [] {},
       [&](Slot slot, bool) {
         const Replicas::Contribution& one = replicas.contribution(slot);
-        if (!MapSession::is(one.id.submap) || one.session.weight == 0) return;
+        if (!MapSession::is(one.id.submap) || one.session.weight == 0 || one.hidden) return;
         work += sessions_.begin(one.session);
         ToSessions adder(sessions_);
         work += add_contribution({replicas, one, block}, slot, adder);

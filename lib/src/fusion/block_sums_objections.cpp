@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tessera/fusion/internal/block_sums.hpp"
+#include "tessera/replica/contribution_kind.hpp"
 
 namespace tessera {
 
@@ -15,7 +16,7 @@ void BlockSums::count_objectors(const Source& source, const Replicas::Replica& r
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Replicas::Contribution& one = source.replicas.contribution(all[i]);
     Objection objection;
-    const bool objects = !one.leaving &&
+    const bool objects = one.counts() &&
                          find_objection(source.replicas, all[i], source.contribution.id,
                                         BlockKey{replica.key}, objection) &&
                          replica.version - replica.part == objection.version;
@@ -37,7 +38,7 @@ bool BlockSums::is_objected(int row, int target) noexcept {
 
 std::uint64_t BlockSums::look_for_objections(const Source& source, Slot slot, bool& any) noexcept {
   const Replicas::Contribution& one = source.contribution;
-  if (any || one.leaving || Objection::is(one.id.submap)) return 0;
+  if (any || !one.counts() || !has_blocks(one.id)) return 0;
   const GridTransform::BlockRange range = one.T_global_local.local_blocks(source.block);
   if (!one.may_have(range)) return 0;
   std::uint64_t work = 0;
@@ -50,7 +51,8 @@ std::uint64_t BlockSums::look_for_objections(const Source& source, Slot slot, bo
         if (any || !key.ok() || source.replicas.find(slot, *key) == nullptr) continue;
         for (const Slot objections : source.replicas.objections()) {
           ++work;
-          any = any || find_objection(source.replicas, objections, one.id, *key, objection);
+          any = any || (!source.replicas.contribution(objections).hidden &&
+                        find_objection(source.replicas, objections, one.id, *key, objection));
         }
       }
   return work;

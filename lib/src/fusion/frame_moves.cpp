@@ -2,17 +2,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/fusion/internal/frame_moves.hpp"
 
+#include "tessera/replica/contribution_kind.hpp"
+
 namespace tessera {
 
-Result<FrameMoves> FrameMoves::make(Arena& arena, std::uint32_t contributions) noexcept {
+Result<FrameMoves> FrameMoves::make(Arena& arena, std::uint32_t contributions,
+                                    const RobotPlaces& places) noexcept {
   FrameMoves made;
   made.moves_ = arena.take<Move>(contributions);
+  made.places_ = places;
   if (made.moves_.empty()) return Status::kResourceExhausted;
   return made;
 }
 
+void FrameMoves::open(Replicas& replicas, Slot slot, const GridTransform& T_world_local) noexcept {
+  replicas.set_frame(slot, T_world_local, 0);
+  if (!places_.used()) return;
+  const ContributionId& id = replicas.contribution(slot).id;
+  const RobotPlaces::Place* const place = places_.find(id.robot);
+  const RobotPlaces::Placed now =
+      places_.placed(place != nullptr ? place->now : RobotPlaces::World{}, id, T_world_local);
+  replicas.set_place(slot, now.T_global_local, now.hidden, now.place);
+  if (phase_ != Phase::kMarking || place == nullptr || !place->moves()) return;
+  // It has no block yet, and those that come are marked as they do.
+  Move& move = moves_[slot];
+  move.to = places_.placed(place->to, id, T_world_local);
+  move.to_world = T_world_local;
+  move.under_way = true;
+}
+
 Replicas::Change FrameMoves::set_frame(const Replicas& replicas, Slot slot,
-                                       const GridTransform& T_global_local, std::uint32_t revision,
+                                       const GridTransform& T_world_local, std::uint32_t revision,
                                        const MapSession& session) noexcept {
   if (!replicas.contribution(slot).present) return Replicas::Change::kStale;
   Move& move = moves_[slot];
@@ -20,7 +40,7 @@ Replicas::Change FrameMoves::set_frame(const Replicas& replicas, Slot slot,
   if (move.under_way) known = move.revision;
   if (move.waits) known = move.next_revision;
   if (revision <= known || move.leaves) return Replicas::Change::kStale;
-  move.next = T_global_local;
+  move.next = T_world_local;
   move.next_session = session;
   move.next_revision = revision;
   wait(move);
@@ -43,35 +63,81 @@ bool FrameMoves::forget(Slot slot) noexcept {
   return true;
 }
 
+/// moves: what arrives is part of a move that is under way.
 bool FrameMoves::mark_change(const Replicas& replicas, GlobalRecords& records, Slot slot,
-                             BlockKey key) const noexcept {
+                             BlockKey key, bool moves) const noexcept {
   const Move& move = moves_[slot];
+  const Replicas::Contribution& contribution = replicas.contribution(slot);
   // While its move is marked, wherever it is and wherever it will be. Once that is done the move
   // does not wait for what arrives, which would put it off for as long as something does.
-  const bool marking = move.under_way && phase_ == Phase::kMarking;
-  const UpdatePart part = marking          ? UpdatePart::kMove
-                          : move.under_way ? UpdatePart::kMovedUpdate
-                                           : UpdatePart::kUpdate;
+  const bool marking = moves && phase_ == Phase::kMarking;
+  const UpdatePart part = marking ? UpdatePart::kMove
+                          : moves ? UpdatePart::kMovedUpdate
+                                  : UpdatePart::kUpdate;
   const BlockCoord local = unpack(key);
-  const GridTransform& T_global_local = replicas.contribution(slot).T_global_local;
-  return records.mark_sums(T_global_local.global_blocks(local), part) &&
-         (!marking || records.mark_sums(move.to.global_blocks(local), part));
+  if (!contribution.hidden &&
+      !records.mark_sums(contribution.T_global_local.global_blocks(local), part))
+    return false;
+  return !marking || !move.under_way || move.to.hidden ||
+         records.mark_sums(move.to.T_global_local.global_blocks(local), part);
 }
 
-void FrameMoves::begin() noexcept {
-  if (phase_ != Phase::kSettled || waiting_ == 0) return;
-  for (Move& move : moves_) {
-    if (!move.waits) continue;
-    move.to = move.next;
-    move.to_session = move.next_session;
-    move.revision = move.next_revision;
-    move.waits = false;
-    move.under_way = true;
+void FrameMoves::mark_change(const Replicas& replicas, GlobalRecords& records, Slot objections,
+                             const Objection& objection) const noexcept {
+  // Where a robot gets a place, what it objects to is as the rest of it: shown with the move.
+  const bool moves = places_.used() && moves_[objections].under_way;
+  if (replicas.contribution(objections).hidden && !moves) return;
+  const Result<Slot> against = replicas.find(objection.against);
+  if (against.ok())
+    static_cast<void>(mark_change(replicas, records, *against, objection.key,
+                                  moves || moves_[*against].under_way));
+}
+
+void FrameMoves::begin(Replicas& replicas) noexcept {
+  if (phase_ != Phase::kSettled || (waiting_ == 0 && !places_.waits())) return;
+  places_.begin();
+  bool any = false;
+  const RobotPlaces::Place* place = nullptr;
+  std::uint64_t robot = ~std::uint64_t{0};
+  for (const Slot slot : replicas.in_order()) {
+    const std::uint32_t next_robot = replicas.contribution(slot).id.robot;
+    if (robot != next_robot) place = places_.find(next_robot);
+    robot = next_robot;
+    any = begin(replicas, slot, place) || any;
   }
   waiting_ = 0;
+  if (!any) return places_.settle();
   marked_slot_ = 0;
   marking_slot_ = false;
+  has_hidden_ = false;
   phase_ = Phase::kMarking;
+}
+
+/// False: it does not move.
+bool FrameMoves::begin(Replicas& replicas, Slot slot, const RobotPlaces::Place* place) noexcept {
+  Move& move = moves_[slot];
+  const bool waits = move.waits;
+  if (!waits && (place == nullptr || !place->moves())) return false;
+  const Replicas::Contribution& one = replicas.contribution(slot);
+  move.to_world = waits ? move.next : one.T_world_local;
+  move.to_session = waits ? move.next_session : one.session;
+  move.revision = waits ? move.next_revision : one.frame_revision;
+  move.to =
+      places_.placed(place != nullptr ? place->to : RobotPlaces::World{}, one.id, move.to_world);
+  move.waits = false;
+  if (!move.leaves && one.hidden && move.to.hidden) {
+    put_in_force(replicas, slot);
+    return false;
+  }
+  move.under_way =
+      waits || one.hidden != move.to.hidden || one.T_global_local != move.to.T_global_local;
+  return move.under_way;
+}
+
+void FrameMoves::put_in_force(Replicas& replicas, Slot slot) noexcept {
+  const Move& move = moves_[slot];
+  replicas.set_frame(slot, move.to_world, move.revision, move.to_session);
+  replicas.set_place(slot, move.to.T_global_local, move.to.hidden, move.to.place);
 }
 
 std::uint64_t FrameMoves::mark(Replicas& replicas, GlobalRecords& records,
@@ -83,7 +149,9 @@ std::uint64_t FrameMoves::mark(Replicas& replicas, GlobalRecords& records,
     if (marked_slot_ == moves_.size()) break;
     const Move& move = moves_[marked_slot_];
     const Replicas::Contribution& contribution = replicas.contribution(marked_slot_);
-    if (!marking_slot_) marked_record_ = move.under_way ? contribution.first_block : 0;
+    const bool will_be = !move.leaves && !move.to.hidden;
+    const bool marks = move.under_way && (!contribution.hidden || will_be);
+    if (!marking_slot_) marked_record_ = marks ? contribution.first_block : 0;
     marking_slot_ = marked_record_ != 0;
     if (!marking_slot_) {
       ++marked_slot_;
@@ -94,29 +162,37 @@ std::uint64_t FrameMoves::mark(Replicas& replicas, GlobalRecords& records,
     // Where there is no place for a block, that was counted, and what has a place goes on.
     if (Objection::is(contribution.id.submap)) {
       mark_objection(replicas, records, replica);
-    } else {
-      static_cast<void>(
-          records.mark_sums(contribution.T_global_local.global_blocks(local), UpdatePart::kMove));
-      if (!move.leaves)
-        static_cast<void>(records.mark_sums(move.to.global_blocks(local), UpdatePart::kMove));
+    } else if (has_blocks(contribution.id)) {
+      if (!contribution.hidden)
+        static_cast<void>(
+            records.mark_sums(contribution.T_global_local.global_blocks(local), UpdatePart::kMove));
+      if (will_be)
+        static_cast<void>(
+            records.mark_sums(move.to.T_global_local.global_blocks(local), UpdatePart::kMove));
     }
     marked_record_ = replica.next;
     if (marked_record_ == 0) ++marked_slot_;
     marking_slot_ = marked_record_ != 0;
     work += kWorkOfBlock;
   }
-  if (marked_slot_ != moves_.size()) return work;
+  if (marked_slot_ == moves_.size()) end_marking(replicas);
+  return work;
+}
+
+/// What was marked is in force.
+void FrameMoves::end_marking(Replicas& replicas) noexcept {
   for (Slot slot = 0; slot < moves_.size(); ++slot) {
     const Move& move = moves_[slot];
     if (!move.under_way) continue;
     if (move.leaves) {
       replicas.set_leaving(slot);
-    } else {
-      replicas.set_frame(slot, move.to, move.revision, move.to_session);
+      continue;
     }
+    has_hidden_ = has_hidden_ || (!replicas.contribution(slot).hidden && move.to.hidden);
+    put_in_force(replicas, slot);
   }
+  places_.settle();
   phase_ = Phase::kStaging;
-  return work;
 }
 
 /// What it is against, wherever that is and wherever it will be.
@@ -127,11 +203,14 @@ void FrameMoves::mark_objection(const Replicas& replicas, GlobalRecords& records
   const Result<Slot> against = replicas.find(objection.against);
   if (!against.ok()) return;
   const BlockCoord local = unpack(objection.key);
-  const GridTransform& frame = replicas.contribution(*against).T_global_local;
-  static_cast<void>(records.mark_sums(frame.global_blocks(local), UpdatePart::kMove));
+  const Replicas::Contribution& there = replicas.contribution(*against);
+  if (!there.hidden)
+    static_cast<void>(
+        records.mark_sums(there.T_global_local.global_blocks(local), UpdatePart::kMove));
   const Move& move = moves_[*against];
-  if (move.under_way)
-    static_cast<void>(records.mark_sums(move.to.global_blocks(local), UpdatePart::kMove));
+  if (move.under_way && !move.to.hidden)
+    static_cast<void>(
+        records.mark_sums(move.to.T_global_local.global_blocks(local), UpdatePart::kMove));
 }
 
 void FrameMoves::begin_merging() noexcept {

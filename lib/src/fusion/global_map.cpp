@@ -3,6 +3,7 @@
 #include "tessera/fusion/global_map.hpp"
 
 #include "tessera/base/internal/put_in_place.hpp"
+#include "tessera/frames/frame_statements.hpp"
 
 namespace tessera {
 
@@ -52,14 +53,23 @@ Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config,
 Status GlobalMap::set_up_replicas(Arena& arena, int components) noexcept {
   Status status = put_in_place(
       replicas_, [&] { return Replicas::make(arena, config_.replicas, config_.map.hash_seed); });
-  if (status == Status::kOk)
-    status = put_in_place(moves_,
-                          [&] { return FrameMoves::make(arena, config_.replicas.contributions); });
+  if (status == Status::kOk) status = set_up_moves(arena);
   if (status == Status::kOk)
     status = put_in_place(records_, [&] {
       return GlobalRecords::make(arena, config_.blocks, config_.map.hash_seed);
     });
   return status == Status::kOk ? set_up_fusion(arena, components) : status;
+}
+
+Status GlobalMap::set_up_moves(Arena& arena) noexcept {
+  RobotPlaces places;
+  Status status = Status::kOk;
+  if (config_.place_robots)
+    status =
+        put_in_place(places, [&] { return RobotPlaces::make(arena, config_.map.resolution_m); });
+  if (status != Status::kOk) return status;
+  return put_in_place(
+      moves_, [&] { return FrameMoves::make(arena, config_.replicas.contributions, places); });
 }
 
 Status GlobalMap::set_up_fusion(Arena& arena, int components) noexcept {
@@ -90,7 +100,7 @@ Result<GlobalMap::Slot> GlobalMap::open(const ContributionId& id,
                                         const GridTransform& T_global_local) noexcept {
   if (const Result<Slot> known = replicas_.find(id); known.ok()) return known;
   const Result<Slot> slot = replicas_.open(id);
-  if (slot.ok()) replicas_.set_frame(*slot, T_global_local, 0);
+  if (slot.ok()) moves_.open(replicas_, *slot, T_global_local);
   return slot;
 }
 
@@ -99,6 +109,8 @@ Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, const PartVersi
                                         std::span<const std::byte> wire) noexcept {
   if (Objection::is(replicas_.contribution(slot).id.submap))
     return put_objection(slot, key, version, packed, wire);
+  if (FrameStatements::is(replicas_.contribution(slot).id.submap))
+    return put_frame_statement(slot, key, version, packed, wire);
   if (!packed.empty() && check_packed(packed, maps_.map().num_components()) != Status::kOk)
     return Status::kCorrupt;
   const Replicas::Contribution& contribution = replicas_.contribution(slot);
@@ -128,13 +140,21 @@ Result<Replicas::Change> GlobalMap::put_objection(Slot slot, BlockKey place,
   const bool had_one = read_objection(replicas_, replicas_.find(slot, place), before);
   const Result<Replicas::Change> change = replicas_.put(slot, place, version, packed, wire);
   if (!change.ok()) return change;
-  const auto mark = [this](const Objection& one) {
-    const Result<Slot> against = replicas_.find(one.against);
-    if (against.ok()) static_cast<void>(moves_.mark_change(replicas_, records_, *against, one.key));
-  };
-  if (had_one) mark(before);
-  mark(objection);
+  if (had_one) moves_.mark_change(replicas_, records_, slot, before);
+  moves_.mark_change(replicas_, records_, slot, objection);
   return change;
+}
+
+/// No block depends on it.
+Result<Replicas::Change> GlobalMap::put_frame_statement(Slot slot, BlockKey place,
+                                                        const PartVersion& version,
+                                                        std::span<const std::byte> packed,
+                                                        std::span<const std::byte> wire) noexcept {
+  const Replicas::Contribution& contribution = replicas_.contribution(slot);
+  if (!is_frame_statement(contribution.id, place, packed)) return Status::kCorrupt;
+  if (!contribution.present) return Status::kInvalidArgument;
+  if (contribution.leaving || moves_.leaving(slot)) return Status::kBusy;
+  return replicas_.put(slot, place, version, packed, wire);
 }
 
 void GlobalMap::remove(Slot slot) noexcept {
@@ -183,7 +203,7 @@ std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
 }
 
 std::uint64_t GlobalMap::work_on_moves(std::uint64_t budget) noexcept {
-  moves_.begin();
+  moves_.begin(replicas_);
   if (moves_.phase() == Phase::kMarking) return moves_.mark(replicas_, records_, budget);
   // Half of it, if something else waits.
   if (moves_.phase() == Phase::kMerging)
@@ -200,11 +220,12 @@ std::uint64_t GlobalMap::merge(std::uint64_t budget) noexcept {
   const std::size_t before = replicas_.in_order().size();
   const std::uint64_t work =
       merged.work + moves_.finish(replicas_, merged.work < budget ? budget - merged.work : 1);
-  if (replicas_.in_order().size() < before && any_refused_) try_refused_again();
+  const bool has_hidden = moves_.has_hidden() && moves_.phase() == Phase::kSettled;
+  if ((has_hidden || replicas_.in_order().size() < before) && any_refused_) try_refused_again();
   return work;
 }
 
-/// What has left may have made room.
+/// What has left, or has no place any more, may have made room.
 void GlobalMap::try_refused_again() noexcept {
   any_refused_ = false;
   records_.mark_refused();

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tessera/fusion/global_map.hpp"
+#include "tessera/replica/contribution_kind.hpp"
 
 namespace tessera {
 
@@ -23,7 +24,7 @@ std::uint32_t GlobalMap::fullness() const noexcept {
 Result<std::uint8_t> GlobalMap::bit_of(std::uint32_t robot) const noexcept {
   for (const Slot slot : replicas_.in_order()) {
     const Replicas::Contribution& one = replicas_.contribution(slot);
-    if (one.id.robot == robot && one.id.submap < Objection::kNumber) return one.robot_bit;
+    if (one.id.robot == robot && is_map(one.id) && !one.hidden) return one.robot_bit;
   }
   return Status::kOutOfRange;
 }
@@ -58,6 +59,10 @@ GlobalMapReport GlobalMap::report() const noexcept {
   report.used_bytes = scratch_bytes(config_, maps_.map().num_components()) +
                       arena_bytes<LocalMap>(2) + maps_.used_bytes() +
                       report.replicas.replica_bytes + report.sum_bytes + records_.used_bytes();
+  for (const Slot slot : replicas_.in_order()) {
+    const Replicas::Contribution& one = replicas_.contribution(slot);
+    report.out_of_grid += one.hidden && one.place != 0 ? 1U : 0U;
+  }
   NodeStatistics all;
   records_.for_each([&](const GlobalRecord& record) {
     report.objected_voxels += record.objected;

@@ -64,9 +64,8 @@ void Objections::follow_watches(const Here& here) noexcept {
     const Result<Slot> slot = global_->replicas().find(one.heard.id);
     const Replicas::Replica* const record =
         slot.ok() ? global_->replicas().find(*slot, one.heard.key) : nullptr;
-    const bool is_as_heard =
-        record != nullptr && record->newest == one.heard.version &&
-        global_->replicas().contribution(*slot).frame_revision == one.frame_revision;
+    const bool is_as_heard = record != nullptr && record->newest == one.heard.version &&
+                             global_->replicas().contribution(*slot).frame() == one.frame;
     if (!is_as_heard || one.answers != (one.heard.id == here.own) || ++one.ticks > kMostTicks) {
       one.number = 0;
       continue;
@@ -182,7 +181,7 @@ void Objections::object(Watch& watch) noexcept {
   report_.objections += made->holds ? 0U : 1U;
   for_rows(watch.seen, [&](int) { ++report_.objected_voxels; });
   made->heard = watch.heard;
-  made->frame_revision = watch.frame_revision;
+  made->frame = watch.frame;
   made->used = made->holds = true;
   watch.seen = {};
   watch.gathering = 0;
@@ -200,8 +199,7 @@ void Objections::follow_made() noexcept {
     Objection said;
     if (record != nullptr && record->newest == one.heard.version && find_own(one.heard, said)) {
       // What was seen through lay elsewhere.
-      if (global_->replicas().contribution(*slot).frame_revision != one.frame_revision)
-        withdraw(one);
+      if (global_->replicas().contribution(*slot).frame() != one.frame) withdraw(one);
       continue;
     }
     one.holds = false;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tessera/base/rigid.hpp"
+#include "tessera/replica/contribution_kind.hpp"
 #include "tessera/robot/objections.hpp"
 
 namespace tessera {
@@ -67,7 +68,7 @@ bool Objections::hear(Slot slot, BlockKey key, Heard& heard) noexcept {
 }
 
 bool Objections::is_near(const Here& here, const Replicas::Contribution& one) const noexcept {
-  if (one.leaving || one.id == here.own || Objection::is(one.id.submap) || one.first_block == 0)
+  if (!one.counts() || one.id == here.own || !has_blocks(one.id) || one.first_block == 0)
     return false;
   if (MapSession::is(one.id.submap) && one.session.weight == 0) return false;
   const double resolution_m = global_->config().map.resolution_m;
@@ -148,7 +149,7 @@ Objections::Watch* Objections::new_watch(const Heard& heard, Slot slot) noexcept
   one->heard = heard;
   one->number = ++numbers_ * kWatched + place;
   one->T_global_local = global_->replicas().contribution(slot).T_global_local;
-  one->frame_revision = global_->replicas().contribution(slot).frame_revision;
+  one->frame = global_->replicas().contribution(slot).frame();
   return one;
 }
 
@@ -210,7 +211,7 @@ void Objections::hear_objections(const Here& here) noexcept {
     const Replicas::Contribution& one = replicas.contribution(all[at]);
     if (one.id != answering_) next_answer_.reset();
     answering_ = one.id;
-    if (one.leaving || one.id.robot == here.own.robot || one.first_block == 0) continue;
+    if (!one.counts() || one.id.robot == here.own.robot || one.first_block == 0) continue;
     if (!hear_objections_of(all[at], here, *own, looks)) return;
     next_answer_.reset();
   }

@@ -14,12 +14,15 @@ Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable&
   const int components = classes.num_components();
   Status status = put_in_place(
       publisher_, [&] { return Publisher::make(arena, config.publisher, config.map, components); });
-  if (status == Status::kOk) status = global_.set_up(arena, config.global, classes);
+  if (status == Status::kOk) status = global_.set_up(arena, global_of(config), classes);
   if (status == Status::kOk)
     status = exchange_.set_up(arena, config.exchange, store_of(global_), keys.authenticator,
                               classes, keys.signatures);
   if (status != Status::kOk) return status;
-  if (config.floor != 0) exchange_.set_floor(config.floor);
+  // Where frames are found, an earlier start's map has another one, unless this start continues it.
+  const bool is_new = config.frames.mode != FrameMode::kGiven && config.submaps_before == 0;
+  const std::uint32_t floor = config.floor == 0 && is_new ? config.epoch : config.floor;
+  if (floor != 0) exchange_.set_floor(floor);
   const std::optional<BodyBox> body = config.inference.body.hull();
   tells_place_ = body && exchange_.set_body(body) == Status::kOk;
   Result<SubmapFrames> frames = SubmapFrames::make(arena, most_frames(config), config.first_submap);
@@ -37,6 +40,10 @@ Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable&
   if (!sessions.ok()) return sessions.status();
   sessions_ = *sessions;
   if (!config.keep_sessions) sessions_.end_earlier();
+  const Result<SharedFrames*> shared = SharedFrames::make(
+      arena, config.frames, config.T_global_map.col(3), exchange_, global_, classes);
+  if (!shared.ok()) return shared.status();
+  shared_ = *shared;
   return put_in_place(
       objections_, [&] { return Objections::make(arena, config.objections, exchange_, global_); });
 }
@@ -50,7 +57,8 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   if (config.submap_ticks == 0 || !(config.reach_m >= 0.0) ||
       !(config.teammate_margin_m >= 0.0 && config.teammate_margin_m <= 2.0) ||
       config.objections > Objection::kPlaces ||
-      (config.reach_m > 0.0 && config.exchange.far_contributions == 0))
+      (config.reach_m > 0.0 &&
+       (config.exchange.far_contributions == 0 || config.frames.mode != FrameMode::kGiven)))
     return Status::kInvalidArgument;
   const Status status = sharer.set_up(arena, config, classes, keys);
   if (status != Status::kOk) return status;
@@ -83,7 +91,8 @@ void Sharer::note_scan(const LocalMaps& maps, std::uint32_t submap, std::int64_t
   if (!voxel.ok()) return;
   publisher_.set_focus(block_of(*voxel));
   frames_.note(submap, stamp_us, T_map_sensor);
-  const Point3d p_global = apply(frames_.has(submap) ? frame_of(submap) : frame_, p_map);
+  p_world_ = apply(frames_.has(submap) ? frame_of(submap) : frame_, p_map);
+  const Point3d p_global = shared_ != nullptr ? apply(shared_->T_team_world(), p_world_) : p_world_;
   places_.front() = p_global;
   has_place_ = true;
   set_reach();
@@ -116,6 +125,7 @@ Matrix34d Sharer::frame_of(std::uint32_t submap) const noexcept {
 
 PublisherReport Sharer::tick(LocalMaps& maps, std::int64_t now_us) noexcept {
   ++ticks_since_scan_;
+  now_ = Instant::at_us(now_us);
   work_left_ = work_per_tick_;
   follow(maps);
   if (continues_ && ++ticks_ % kTicksOfEarlier == 0) move_earlier();
@@ -133,6 +143,7 @@ PublisherReport Sharer::tick(LocalMaps& maps, std::int64_t now_us) noexcept {
   }
   object(maps);
   fuse();
+  if (shared_ != nullptr) shared_->tick(p_world_, now_);
   return report;
 }
 
@@ -267,7 +278,7 @@ void Sharer::fuse() noexcept {
 }
 
 bool Sharer::fuse_in_spare_time() noexcept {
-  if (!global_.busy()) return false;
+  if (!global_.busy()) return shared_ != nullptr && shared_->step(now_);
   static_cast<void>(fuse(kSpareWork));
   return true;
 }

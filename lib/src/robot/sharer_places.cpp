@@ -6,6 +6,14 @@
 
 namespace tessera {
 
+namespace {
+
+Point3d turned(const Matrix34d& T, const Point3d& way) noexcept {
+  return apply(T, way) - Point3d(T.col(3));
+}
+
+}  // namespace
+
 void Sharer::note_place(std::uint32_t submap, std::int64_t stamp_us, const Matrix34d& T_map_body,
                         std::int64_t now_us) noexcept {
   if (!tells_place_) return;
@@ -14,7 +22,34 @@ void Sharer::note_place(std::uint32_t submap, std::int64_t stamp_us, const Matri
 }
 
 Matrix34d Sharer::map_from_global(std::uint32_t submap) const noexcept {
-  return inverse(frames_.has(submap) ? frame_of(submap) : frame_);
+  const Matrix34d T_world_map = frames_.has(submap) ? frame_of(submap) : frame_;
+  return inverse(shared_ != nullptr ? product(shared_->T_team_world(), T_world_map) : T_world_map);
+}
+
+std::size_t Sharer::teammates(std::int64_t now_us) const noexcept {
+  const Teammates& heard = exchange_.teammates();
+  if (shared_ == nullptr) return heard.count(Instant::at_us(now_us));
+  std::size_t count = 0;
+  for (const Teammate& one : heard.all()) {
+    const bool is_here = Teammates::is_here(one, Instant::at_us(now_us));
+    count += is_here && shared_->T_team_world(one.robot) != nullptr ? 1U : 0U;
+  }
+  return count;
+}
+
+Result<TeammatePlace> Sharer::teammate_at(std::size_t index, std::int64_t now_us) const noexcept {
+  const Teammates& heard = exchange_.teammates();
+  if (shared_ == nullptr) return heard.at(index, teammate_margin_m_, Instant::at_us(now_us));
+  // Each says where it is in its own world; of who is not placed nobody knows.
+  for (std::size_t i = 0;; ++i) {
+    Result<TeammatePlace> one = heard.at(i, teammate_margin_m_, Instant::at_us(now_us));
+    if (!one.ok()) return one;
+    const Matrix34d* const T_team_world = shared_->T_team_world(one->robot);
+    if (T_team_world == nullptr || index-- != 0) continue;
+    one->T_map_body = product(*T_team_world, one->T_map_body);
+    one->velocity = turned(*T_team_world, one->velocity);
+    return one;
+  }
 }
 
 std::size_t Sharer::place_teammates(std::uint32_t submap, std::int64_t now_us,
@@ -31,9 +66,13 @@ std::size_t Sharer::place_teammates(std::uint32_t submap, std::int64_t now_us,
 }
 
 void Sharer::object(LocalMaps& maps) noexcept {
-  if (!has_place_) return;
+  // While robots move, the frames of some are those of before.
+  if (!has_place_ || (shared_ != nullptr && global_.moving())) return;
   const std::optional<ContributionId> own = exchange_.publishing();
-  if (own) objections_.tick({maps.of(submap_.submap), *own, frame_, places_.front()});
+  if (!own) return;
+  const Matrix34d T_global_map =
+      shared_ != nullptr ? product(shared_->T_team_world(), frame_) : frame_;
+  objections_.tick({maps.of(submap_.submap), *own, T_global_map, places_.front()});
 }
 
 }  // namespace tessera

@@ -79,7 +79,7 @@ class Watchers {
     const Replicas& replicas = robot(i).global().replicas();
     for (const Replicas::Slot slot : replicas.in_order()) {
       const Replicas::Contribution& one = replicas.contribution(slot);
-      if (Objection::is(one.id.submap)) continue;
+      if (!has_blocks(one.id)) continue;
       for (std::uint32_t number = one.first_block; number != 0;
            number = replicas.record(number).next) {
         Objection lie{.against = one.id,

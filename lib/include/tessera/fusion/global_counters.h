@@ -35,4 +35,6 @@
   ROW(LEVEL, uint64_t, disputed_voxels,                                                     \
       "Voxels that keep such evidence, as more robots have it than saw through.")           \
   ROW(COUNTER, uint64_t, refused_tallies,                                                   \
-      "Times that there was no place for what a block says of the robots' labels.")
+      "Times that there was no place for what a block says of the robots' labels.")         \
+  ROW(LEVEL, uint64_t, out_of_grid,                                                         \
+      "Contributions left out: where their robot is placed, they would be out of the grid.")

@@ -40,16 +40,18 @@ class GlobalMap {
 
   // --- What arrives ------------------------------------------------------------------------------
 
-  /// The slot of a contribution, opened with this frame if it was not there. Fails with
+  /// The slot of a contribution, opened with this frame if it was not there. T_global_local, here
+  /// and of set_frame(): T_world_local where robots are placed. Fails with
   /// kResourceExhausted iff all slots, or all Replicas::kMostRobots, are taken. O(contributions).
   [[nodiscard]] Result<Slot> open(const ContributionId& id,
                                   const GridTransform& T_global_local) noexcept;
   /// Takes a version of a part of a block (Replicas::put) and marks what depends on it. Fails with
   /// kInvalidArgument iff the slot is empty; kBusy iff it is being removed; kCorrupt iff packed is
-  /// not empty and no packed block, or of objections no Objection; kResourceExhausted as put(), and
+  /// not empty and no packed block, or of objections no Objection, or of what a robot states about
+  /// frames no is_frame_statement; kResourceExhausted as put(), and
   /// iff the global grid has no place for a block: counted, unchanged. O(bytes + contributions + 27
   /// blocks, 54 while its move is being marked). What a robot objects to (Objection) is put in the
-  /// same way, and marks what it is against.
+  /// same way, and marks what it is against. What it states about frames marks nothing.
   [[nodiscard]] Result<Replicas::Change> put(Slot slot, BlockKey key, const PartVersion& version,
                                              std::span<const std::byte> packed,
                                              std::span<const std::byte> wire = {}) noexcept;
@@ -67,6 +69,22 @@ class GlobalMap {
                                            const MapSession& session = {}) noexcept {
     return moves_.set_frame(replicas_, slot, T_global_local, revision, session);
   }
+  /// Where config.place_robots is set: has a robot's world lie at T_team_world, metres. Each of its
+  /// contributions lies at GridTransform::compose(T_team_world, T_world_local); one that would be
+  /// out of the grid is left out and counted. Nothing: the robot is left out, as one is that was
+  /// never placed: its contributions and objections count nowhere, take versions and frames as
+  /// before, and are there again once it is placed. This is a move as set_frame() is, which no
+  /// revision orders: the last call counts. Places are kept of robots that have no contributions
+  /// too. kStale: as it was asked for before. Fails with kInvalidArgument iff the setting is not
+  /// set, or the transform is not rigid (check_rigid); kResourceExhausted iff
+  /// Replicas::kMostRobots others have a place, or will have one. O(kMostRobots), then O(all
+  /// contributions) in one step, then as a move of the robot's.
+  [[nodiscard]] Result<Replicas::Change> place(
+      std::uint32_t robot, const std::optional<Matrix34d>& T_team_world) noexcept {
+    return moves_.place(robot, T_team_world);
+  }
+  /// Whether a contribution or a robot moves, or is to. O(1).
+  [[nodiscard]] bool moving() const noexcept { return moves_.busy(); }
   /// Takes a contribution out of the map, as a move, and then its replicas and its slot. Until that
   /// is done, put() for it fails with kBusy. Nothing happens where the slot is empty. O(1).
   void remove(Slot slot) noexcept;
@@ -122,11 +140,12 @@ class GlobalMap {
   /// as large as those that are there, at most twice what is there. O(1).
   [[nodiscard]] std::uint32_t fullness() const noexcept;
   /// What the others say of a robot's labels; complete once the map is not busy(). Fails with
-  /// kOutOfRange iff nothing of the robot is there. O(contributions + C).
+  /// kOutOfRange iff nothing of the robot is there, or all of it is left out (place()).
+  /// O(contributions + C).
   [[nodiscard]] Result<RobotReliability> reliability(std::uint32_t robot) const noexcept;
   /// And of those of one class, 1 .. C. Fails in the same way, and iff there is no such class.
   [[nodiscard]] Result<ClassReliability> reliability(std::uint32_t robot, int label) const noexcept;
-  /// O(blocks).
+  /// O(blocks + contributions).
   [[nodiscard]] GlobalMapReport report() const noexcept;
   /// Those of the report that only grow (refused_..., torn_blocks, saturated_voxels); what it
   /// measures is 0. O(1).
@@ -138,11 +157,15 @@ class GlobalMap {
                                                        const PartVersion& version,
                                                        std::span<const std::byte> packed,
                                                        std::span<const std::byte> wire) noexcept;
+  [[nodiscard]] Result<Replicas::Change> put_frame_statement(
+      Slot slot, BlockKey place, const PartVersion& version, std::span<const std::byte> packed,
+      std::span<const std::byte> wire) noexcept;
   /// The part of required_bytes that does not grow with the map, nor with its maps' config.
   [[nodiscard]] static constexpr std::size_t scratch_bytes(const GlobalMapConfig& config,
                                                            int num_components) noexcept;
   /// The rest of set_up(): on its own, so that the stack of one part is gone before the next.
   [[gnu::noinline]] Status set_up_replicas(Arena& arena, int components) noexcept;
+  [[gnu::noinline]] Status set_up_moves(Arena& arena) noexcept;
   [[gnu::noinline]] Status set_up_fusion(Arena& arena, int components) noexcept;
   std::uint64_t work_on_moves(std::uint64_t budget) noexcept;
   std::uint64_t merge(std::uint64_t budget) noexcept;
@@ -184,6 +207,7 @@ constexpr std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config,
 constexpr std::size_t GlobalMap::scratch_bytes(const GlobalMapConfig& config,
                                                int num_components) noexcept {
   return FrameMoves::required_bytes(config.replicas.contributions) +
+         RobotPlaces::required_bytes(config.place_robots) +
          OutputJob::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
          FusedBlock::required_bytes(num_components) +
          BlockSums::required_bytes(config, num_components) +

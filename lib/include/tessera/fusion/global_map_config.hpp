@@ -24,6 +24,9 @@ struct GlobalMapConfig {
   std::uint32_t sum_segments = 1U << 16U;  ///< Undiffused sums and tallies, 128 bytes each.
   /// Storage for blocks that a move of contributions changes, until all of them are there.
   std::size_t staged_bytes = std::size_t{16} << 20U;
+  /// Each robot states frames in a world of its own, and counts once GlobalMap::place() says where
+  /// that lies. False: all state frames in the global one.
+  bool place_robots = false;
 };
 
 /// How things stand. Counters of refusals never decrease.

@@ -99,8 +99,8 @@ class Objections {
   };
   struct Watch {
     Heard heard{};
-    std::uint32_t number = 0;          ///< 0: none. Of this watch; kWatched apart in one place.
-    std::uint32_t frame_revision = 0;  ///< Of its contribution.
+    std::uint32_t number = 0;  ///< 0: none. Of this watch; kWatched apart in one place.
+    FrameStamp frame{};        ///< Of its contribution.
     bool is_asked = false;
     std::int64_t asked_at = 0;    ///< When first.
     std::uint32_t ticks = 0;      ///< Since it began, or a voxel was seen through.
@@ -118,7 +118,7 @@ class Objections {
     Heard heard{};
     bool used = false;
     bool holds = false;  ///< It is of the version that is heard.
-    std::uint32_t frame_revision = 0;
+    FrameStamp frame{};
     std::uint8_t lapses = 0;  ///< Each time more scans are needed.
   };
   /// A block's content: evidence that it is occupied, and how much of it may move.

@@ -11,6 +11,7 @@
 #include "tessera/fusion/global_map.hpp"
 #include "tessera/inference/integrator.hpp"
 #include "tessera/map/moving_window.hpp"
+#include "tessera/robot/frames_config.hpp"
 #include "tessera/submap/submap_cutter.hpp"
 
 namespace tessera {
@@ -28,6 +29,7 @@ struct RobotSettings {
   PublisherBudget budget{};  ///< Of a tick.
   ExchangeConfig exchange{};
   GlobalMapConfig global{};
+  FramesConfig frames{};
   std::uint64_t work_per_tick = 300'000;  ///< Of GlobalMap::step.
   /// What others have published is held where it is this near to the robot or to its route
   /// (Sharer::set_route), and of the rest what there is room for: Exchange::set_reach. 0: of all,
@@ -67,7 +69,8 @@ struct RobotSettings {
 };
 
 struct RobotConfig : RobotSettings {
-  Matrix34d T_global_map = Matrix34d::Identity();  ///< Of the first submap.
+  /// Of the first submap; where frames are found, of no meaning and the identity.
+  Matrix34d T_global_map = Matrix34d::Identity();
 };
 
 /// Of the contribution that a robot's local map is published as.

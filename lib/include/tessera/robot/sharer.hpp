@@ -12,6 +12,7 @@
 #include "tessera/robot/map_sessions.hpp"
 #include "tessera/robot/objections.hpp"
 #include "tessera/robot/robot_config.hpp"
+#include "tessera/robot/shared_frames.hpp"
 #include "tessera/submap/submap_frames.hpp"
 
 namespace tessera {
@@ -23,17 +24,19 @@ class Sharer {
   [[nodiscard]] static constexpr std::size_t required_bytes(const RobotSettings& config,
                                                             int num_components) noexcept {
     return arena_bytes<Sharer>(1) + Publisher::required_bytes(config.publisher, num_components) +
-           GlobalMap::required_bytes(config.global, num_components) +
+           GlobalMap::required_bytes(global_of(config), num_components) +
            Exchange::required_bytes(config.exchange, num_components) +
            SubmapFrames::required_bytes(most_frames(config)) +
            MapSessions::required_bytes(num_components) +
            Objections::required_bytes(config.objections, num_components) +
+           SharedFrames::required_bytes(config.frames, config.global, num_components) +
            (config.submaps_before != 0 ? BlockContent::required_bytes(num_components) : 0);
   }
   /// A sharer in the arena, of use as long as its memory is, with the robot's first contribution
   /// opened. What keys name must outlive it. Fails with kInvalidArgument iff submap_ticks is 0, or
-  /// reach_m negative or without far_contributions, or teammate_margin_m or objections out of
-  /// range; as Publisher::make, GlobalMap::make, Exchange::make and Exchange::open.
+  /// reach_m negative, without far_contributions or where frames are not given, or
+  /// teammate_margin_m or objections out of range; as Publisher::make, GlobalMap::make,
+  /// Exchange::make, Exchange::open and SharedFrames::make.
   [[nodiscard]] static Result<Sharer*> make(Arena& arena, const RobotConfig& config,
                                             const ClassTable& classes,
                                             const RobotKeys& keys) noexcept;
@@ -119,6 +122,21 @@ class Sharer {
   /// T_global_map of the submap that is published into.
   [[nodiscard]] const Matrix34d& frame() const noexcept { return frame_; }
 
+  // --- Frames that the team finds
+  // -----------------------------------------------------------------
+  //
+  // Where RobotSettings::frames are not given, frames of submaps above are in a world of this
+  // robot's own, which the team places in the frame of the global map: frame_of() and the others
+  // are T_world_map then, and what has "global" in its name is in the team's frame.
+
+  /// Null: frames are given.
+  [[nodiscard]] const SharedFrames* shared_frames() const noexcept { return shared_; }
+  /// Where this robot's world is in the frame of the global map; the identity where frames are
+  /// given.
+  [[nodiscard]] Matrix34d T_global_world() const noexcept {
+    return shared_ != nullptr ? shared_->T_team_world() : Matrix34d(Matrix34d::Identity());
+  }
+
   // --- What others have published ----------------------------------------------------------------
 
   /// Places to which the robot is going, the first kMostRoute of them, in the global frame: what
@@ -129,17 +147,14 @@ class Sharer {
 
   // --- Other robots ------------------------------------------------------------------------------
 
-  /// Robots that said lately where they are. O(ExchangeConfig::teammates).
-  [[nodiscard]] std::size_t teammates(std::int64_t now_us) const noexcept {
-    return exchange_.teammates().count(Instant::at_us(now_us));
-  }
+  /// Robots that said lately where they are, and whose frame is known.
+  /// O(ExchangeConfig::teammates).
+  [[nodiscard]] std::size_t teammates(std::int64_t now_us) const noexcept;
   /// The one at this place of them, by ascending numbers: where it is now in the global frame. It
   /// is no obstacle to be mapped, but one for whoever plans a way. Fails with kOutOfRange iff there
   /// are not so many. O(ExchangeConfig::teammates).
   [[nodiscard]] Result<TeammatePlace> teammate_at(std::size_t index,
-                                                  std::int64_t now_us) const noexcept {
-    return exchange_.teammates().at(index, teammate_margin_m_, Instant::at_us(now_us));
-  }
+                                                  std::int64_t now_us) const noexcept;
   /// Coordinates of the global frame to those of a submap, or of the one that is published.
   [[nodiscard]] Matrix34d map_from_global(std::uint32_t submap) const noexcept;
   /// Their boxes in a submap for a scan of that time, as far as into goes: for
@@ -185,6 +200,7 @@ class Sharer {
   [[nodiscard]] bool idle() const noexcept {
     return publisher_.waiting() == 0 && !global_.busy() && ticks_since_scan_ > 2 &&
            !submap_.ending && !sessions_.is_withdrawing() &&
+           (shared_ == nullptr || !shared_->busy()) &&
            (evictions_ == nullptr || !evictions_->is_withdrawing());
   }
 
@@ -205,6 +221,11 @@ class Sharer {
   /// Between two looks at what others have of earlier epochs.
   static constexpr std::uint32_t kTicksOfEarlier = 16;
 
+  static constexpr GlobalMapConfig global_of(const RobotSettings& config) noexcept {
+    GlobalMapConfig global = config.global;
+    global.place_robots = config.frames.mode != FrameMode::kGiven;
+    return global;
+  }
   static constexpr std::uint32_t most_frames(const RobotSettings& config) noexcept {
     return config.most_submaps == 0 ? 1 : config.most_submaps;
   }
@@ -253,6 +274,9 @@ class Sharer {
   std::array<Point3d, PlacesOfInterest::kMost> places_{};
   std::size_t route_ = 0;
   bool has_place_ = false;
+  Point3d p_world_ = Point3d::Zero();  ///< The same, in the world that is published in.
+  SharedFrames* shared_ = nullptr;     ///< Null: frames are given.
+  Instant now_;                        ///< Of the last tick.
 };
 
 }  // namespace tessera

@@ -1,0 +1,294 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/robot/internal/link_maker.hpp"
+
+#include <algorithm>
+
+#include "tessera/base/internal/put_in_place.hpp"
+#include "tessera/base/rigid.hpp"
+#include "tessera/frames/answer_link.hpp"
+#include "tessera/frames/search_reach.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// How far one link is from another, at the middle of what the second was measured from.
+struct LinkMotion {
+  double shift_m = 0.0;
+  double chord_rad = 0.0;
+};
+LinkMotion motion_between(const FrameLink& before, const FrameLink& after) noexcept {
+  const Point3d p_to = apply(inverse(after.T_from_to), after.covariance.about_a);
+  const Point3d there = apply(before.T_from_to, p_to);
+  const Matrix34d turn = product(inverse(before.T_from_to), after.T_from_to);
+  double squares = 0.0;  // |R - I|^2 is 8 sin^2(a / 2)
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      const double off = turn(row, column) - (row == column ? 1.0 : 0.0);
+      squares += off * off;
+    }
+  }
+  return {norm(Point3d(after.covariance.about_a - there)), std::sqrt(squares / 2.0)};
+}
+
+/// More is known than before: a tenth, and at least a little.
+bool has_grown(std::uint64_t segments, std::uint64_t before) noexcept {
+  constexpr std::uint64_t kLittle = 16;
+  return segments >= before + before / 10 + kLittle;
+}
+
+}  // namespace
+
+Status LinkMaker::set_up(Arena& arena, const FramesConfig& config, const GlobalMapConfig& global,
+                         const ClassTable& classes) noexcept {
+  config_ = config;
+  const auto source = [&] {
+    return ReplicaSketchSource::make(arena, global.map, classes, global.replicas);
+  };
+  Status status = FrameFinder::make_at(finder_, arena);
+  if (status == Status::kOk) status = put_in_place(source_a_, source);
+  if (status == Status::kOk) status = put_in_place(source_b_, source);
+  if (status != Status::kOk) return status;
+  pairs_ = arena.take<PairState>(config.most_robots);
+  return pairs_.size() == config.most_robots ? Status::kOk : Status::kResourceExhausted;
+}
+
+/// Of its submaps the one with the most blocks.
+std::optional<LinkMaker::Chosen> LinkMaker::choose(const Replicas& replicas, std::uint32_t robot,
+                                                   std::uint32_t epoch) noexcept {
+  std::optional<Chosen> best;
+  for (const Replicas::Slot slot : replicas.in_order()) {
+    const Replicas::Contribution& one = replicas.contribution(slot);
+    if (one.id.robot != robot || one.id.epoch != epoch || one.leaving || !is_map(one.id)) continue;
+    if (!best || one.blocks > best->blocks) best = Chosen{slot, one.id, one.blocks, one.segments};
+  }
+  return best;
+}
+
+PairState* LinkMaker::place_for_pair(const TeamPlacement& placement) noexcept {
+  if (count_ != pairs_.size()) return &pairs_[count_++];
+  for (std::size_t i = 0; i < count_; ++i) {
+    const bool is_there = std::ranges::any_of(
+        placement.robots(), [&](const PlacedRobot& one) { return one.robot == pairs_[i].robot; });
+    if (!is_there && at_ != i) return &pairs_[i];
+  }
+  return nullptr;
+}
+
+/// Pairs are those of the robots that are placed, or could be.
+void LinkMaker::note_robots(const TeamPlacement& placement, std::uint32_t own,
+                            std::uint32_t epoch) noexcept {
+  for (const PlacedRobot& robot : placement.robots()) {
+    if (robot.robot == own) continue;
+    PairState* pair = nullptr;
+    for (PairState& one : pairs_.first(count_))
+      if (one.robot == robot.robot) pair = &one;
+    if (pair != nullptr && pair->epoch == robot.epoch && pair->own_epoch == epoch) continue;
+    // A robot that started anew has another map, and a link begins anew, with a later revision.
+    const std::uint32_t revision = pair != nullptr ? pair->link.revision : 0;
+    if (pair == nullptr) pair = place_for_pair(placement);
+    if (pair == nullptr) continue;
+    *pair = PairState{};
+    pair->robot = robot.robot;
+    pair->epoch = robot.epoch;
+    pair->own_epoch = epoch;
+    pair->link.revision = revision;
+  }
+}
+
+bool LinkMaker::is_due(const PairState& pair, const Replicas& replicas, const Chosen& own,
+                       Instant now) const noexcept {
+  if (now < pair.due || (pair.waits && !pair.no_room)) return false;
+  const std::optional<Chosen> other = choose(replicas, pair.robot, pair.epoch);
+  if (!other || other->blocks < kLeastBlocks || own.blocks < kLeastBlocks) return false;
+  return pair.attempts == 0 ||
+         has_grown(std::uint64_t{own.segments} + other->segments, pair.compared);
+}
+
+void LinkMaker::tick(Exchange& exchange, const GlobalMap& global, const TeamPlacement& placement,
+                     Instant now) noexcept {
+  const std::optional<ContributionId> publishing = exchange.publishing();
+  if (!publishing) return;
+  note_robots(placement, publishing->robot, publishing->epoch);
+  follow_corrections(global);
+  state(exchange, now);
+  if (at_) return;
+  const Replicas& replicas = global.replicas();
+  const std::optional<Chosen> own = choose(replicas, publishing->robot, publishing->epoch);
+  if (!own) return;
+  for (std::size_t i = 0; i < count_; ++i) {
+    PairState& pair = pairs_[(next_ + i) % count_];
+    if (!is_due(pair, replicas, *own, now)) continue;
+    next_ = (next_ + i + 1) % count_;
+    begin(pair, global, placement, *own, *choose(replicas, pair.robot, pair.epoch));
+    return;
+  }
+}
+
+void LinkMaker::follow_corrections(const GlobalMap& global) noexcept {
+  const Replicas& replicas = global.replicas();
+  const double resolution_m = global.config().map.resolution_m;
+  for (PairState& pair : pairs_.first(count_)) {
+    if (!pair.stated) continue;
+    const Result<Replicas::Slot> own = replicas.find(pair.own_id);
+    const Result<Replicas::Slot> other = replicas.find(pair.other_id);
+    if (!own.ok() || !other.ok()) continue;
+    const Matrix34d T_own = replicas.contribution(*own).T_world_local.in_metres(resolution_m);
+    const Matrix34d T_other = replicas.contribution(*other).T_world_local.in_metres(resolution_m);
+    if (T_own == pair.T_world_own && T_other == pair.T_world_other) continue;
+    pair.T_world_own = T_own;
+    pair.T_world_other = T_other;
+    renew(pair, link_of(pair.answer, T_own, T_other));
+  }
+}
+
+FrameQuestion LinkMaker::question(const PairState& pair,
+                                  const TeamPlacement& placement) const noexcept {
+  // Between the worlds, where one knows; then between what is compared.
+  const auto between_maps = [&](const Matrix34d& T_world_a_world_b) {
+    return product(product(inverse(T_world_a_), T_world_a_world_b), T_world_b_);
+  };
+  if (pair.stated) return question_near(between_maps(pair.link.T_from_to), kNearGiven);
+  // Every other time anywhere: what others say, or the frames given, may be wrong.
+  const bool is_near = pair.attempts % 2 == 1;
+  const Matrix34d* const T_team_b = placement.placed(pair.robot);
+  if (is_near && T_team_b != nullptr && placement.is_sure(pair.robot))
+    return question_near(between_maps(between_frames(placement.own(), *T_team_b)), kNearGuess);
+  if (is_near && config_.mode == FrameMode::kRefined &&
+      placement.prior_kind(pair.robot) != PriorKind::kUnknown)
+    return question_near(between_maps(Matrix34d::Identity()), kNearGuess);
+  FrameQuestion anywhere;
+  anywhere.T_a_b_guess = between_maps(Matrix34d::Identity());
+  return anywhere;
+}
+
+void LinkMaker::begin(PairState& pair, const GlobalMap& global, const TeamPlacement& placement,
+                      const Chosen& own, const Chosen& other) noexcept {
+  own_ = own;
+  other_ = other;
+  const Replicas& replicas = global.replicas();
+  const double resolution_m = global.config().map.resolution_m;
+  T_world_a_ = replicas.contribution(own.slot).T_world_local.in_metres(resolution_m);
+  T_world_b_ = replicas.contribution(other.slot).T_world_local.in_metres(resolution_m);
+  pair.compared = std::uint64_t{own.segments} + other.segments;
+  ++pair.attempts;
+  Status status = source_a_.begin(replicas, own.slot);
+  if (status == Status::kOk) status = source_b_.begin(replicas, other.slot);
+  if (status == Status::kOk)
+    status = finder_.begin(source_a_.source(), source_b_.source(), question(pair, placement));
+  if (status == Status::kOk) at_ = static_cast<std::size_t>(&pair - pairs_.data());
+}
+
+bool LinkMaker::step(Instant now) noexcept {
+  if (!at_) return false;
+  if (!finder_.step()) return true;
+  PairState& pair = pairs_[*at_];
+  at_.reset();
+  if (pair.epoch != other_.id.epoch || pair.own_epoch != own_.id.epoch) return true;  // it is anew
+  if (source_a_.lost() || source_b_.lost()) {  // as if it had not begun
+    pair.compared = 0;
+    --pair.attempts;
+    pair.due = now + kRetry;
+    return true;
+  }
+  take(pair, now);
+  return true;
+}
+
+void LinkMaker::take(PairState& pair, Instant now) noexcept {
+  const FrameAnswer& answer = finder_.answer();
+  pair.verdict = answer.verdict;
+  pair.support = answer.support;
+  pair.support_second = answer.support_second;
+  pair.sigma_m = answer.worst_sigma_m;
+  pair.sigma_rad = answer.worst_sigma_rad;
+  if (answer.verdict == FrameVerdict::kFound) {
+    accept(pair);
+  } else {
+    refuse(pair, answer.verdict);
+  }
+  pair.due = now + (pair.stated ? kRecheck : kRetry);
+}
+
+void LinkMaker::accept(PairState& pair) noexcept {
+  FrameLink link = link_of(finder_.answer(), T_world_a_, T_world_b_);
+  if (pair.stated) {
+    const LinkMotion motion = motion_between(pair.link, link);
+    if (motion.shift_m > kElsewhere_m || motion.chord_rad > kElsewhere_rad)
+      return refuse(pair, FrameVerdict::kContradicted);
+    pair.refusals = 0;
+    if (motion.shift_m < kWorth_m && motion.chord_rad < kWorth_rad) return;
+  }
+  link.from = own_.id.robot;
+  link.to = other_.id.robot;
+  link.from_epoch = own_.id.epoch;
+  link.to_epoch = other_.id.epoch;
+  link.from_version = source_a_.newest_version();
+  link.to_version = source_b_.newest_version();
+  link.revision = pair.link.revision;
+  pair.link = link;
+  pair.own_id = own_.id;
+  pair.other_id = other_.id;
+  pair.T_world_own = T_world_a_;
+  pair.T_world_other = T_world_b_;
+  pair.answer = finder_.answer();
+  renew(pair, link);
+}
+
+void LinkMaker::renew(PairState& pair, FrameLink link) noexcept {
+  link.from = pair.link.from;
+  link.to = pair.link.to;
+  link.from_epoch = pair.link.from_epoch;
+  link.to_epoch = pair.link.to_epoch;
+  link.from_version = pair.link.from_version;
+  link.to_version = pair.link.to_version;
+  link.revision = pair.link.revision + 1;
+  const Result<FrameLink> rounded = round_link(link);
+  if (!rounded.ok()) return;  // so far away that nothing could be placed there
+  pair.link = *rounded;
+  pair.stated = true;
+  pair.refusals = 0;
+  pair.waits = true;
+}
+
+/// A link that was accepted says more than a later search that sees too little, until it is
+/// contradicted again and again.
+void LinkMaker::refuse(PairState& pair, FrameVerdict verdict) noexcept {
+  pair.verdict = verdict;
+  if (!pair.stated) return;
+  const bool doubts = verdict == FrameVerdict::kContradicted ||
+                      verdict == FrameVerdict::kNoneFits || verdict == FrameVerdict::kOutOfReach;
+  pair.refusals = doubts ? pair.refusals + 1 : 0;
+  if (pair.refusals < kMostRefusals) return;
+  pair.stated = false;
+  pair.refusals = 0;
+  ++pair.link.revision;
+  pair.link.withdrawn = true;
+  pair.waits = true;
+}
+
+/// Withdrawals first.
+void LinkMaker::state(Exchange& exchange, Instant now) noexcept {
+  if (now - stated_ < kStatePause) return;
+  for (const bool withdrawn : {true, false}) {
+    for (PairState& pair : pairs_.first(count_)) {
+      if (!pair.waits || pair.link.withdrawn != withdrawn) continue;
+      const Status status = exchange.state(pair.link).status();
+      pair.no_room = status != Status::kOk && status != Status::kInvalidArgument;
+      if (pair.no_room) continue;
+      pair.waits = false;
+      stated_ = now;
+      return;
+    }
+  }
+}
+
+/// What finds no room waits for others, not they for it.
+bool LinkMaker::busy() const noexcept {
+  return at_ || std::ranges::any_of(pairs_.first(count_), [](const PairState& pair) {
+           return pair.waits && !pair.no_room;
+         });
+}
+
+}  // namespace tessera

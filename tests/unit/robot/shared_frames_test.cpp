@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Robots in one hall that nobody has surveyed: where each is follows from what they have in common.
+#include "frames_team.hpp"
+#include "tessera/base/rigid.hpp"
+
+namespace tessera {
+namespace {
+
+/// Of the large hall, whose labels are made those of the small robots.
+SolidWorld hall() {
+  SolidWorld world = large_hall();
+  for (Solid& solid : world.solids) solid.label = solid.label == 1 ? 1 : 2;
+  return world;
+}
+
+Matrix34d map_frame(std::size_t i) {
+  const auto n = static_cast<double>(i);
+  return frame_of(70.0 * n, 1.0 + 0.5 * n, 40.0 * n, {3.0 - 5.0 * n, 4.0 * n - 2.0, 0.3 * n});
+}
+
+WorldView part(double low_x_m, double high_x_m, const Matrix34d& T_map_world) {
+  return {{low_x_m, -0.5, -0.5}, {high_x_m, 18.5, 3.5}, T_map_world, 0.2, false};
+}
+
+void map_hall(Robot& robot, double low_x_m, double high_x_m, const Matrix34d& T_map_world) {
+  add_world(hall(), part(low_x_m, high_x_m, T_map_world), robot.mapper().maps().map());
+}
+
+/// How far a robot's world is from where it should be beside another's: at the middle of the hall.
+double error_m(const SharedFrames& frames, std::uint32_t a, std::uint32_t b) {
+  const Matrix34d* const T_team_a = frames.T_team_world(a);
+  const Matrix34d* const T_team_b = frames.T_team_world(b);
+  if (T_team_a == nullptr || T_team_b == nullptr) return 1e9;
+  const Point3d middle(15.0, 9.0, 1.0);
+  return norm(Point3d(apply(*T_team_a, apply(map_frame(a), middle)) -
+                      apply(*T_team_b, apply(map_frame(b), middle))));
+}
+
+}  // namespace
+
+TEST_CASE("frames are found: three robots that hear two thirds of each other agree to the bit") {
+  FramesTeam team(1, 0.3);
+  for (std::uint32_t i = 0; i < 3; ++i) team.add(FramesTeam::config_of(i, FrameMode::kFound));
+  map_hall(team.robot(0), 0.0, 26.0, map_frame(0));
+  map_hall(team.robot(1), 4.0, 30.5, map_frame(1));
+  map_hall(team.robot(2), 0.0, 24.0, map_frame(2));
+
+  INFO("nobody is placed before anything is known of it: each map is its robot's own");
+  team.run(kOneSecond_us / 2);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    CHECK(team.frames(i).T_team_world(i) != nullptr);
+    CHECK(team.frames(i).T_team_world((i + 1) % 3) == nullptr);
+  }
+  team.run(40 * kOneSecond_us);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    INFO("as robot " << i << " has it");
+    const SharedFrames& frames = team.frames(i);
+    for (const PairState& pair : frames.pairs())
+      UNSCOPED_INFO("robot " << pair.robot << ": " << to_string(pair.verdict) << ", sigma "
+                             << pair.sigma_m << " m " << pair.sigma_rad << ", " << pair.support
+                             << ", " << pair.compared << " " << pair.attempts << " attempts");
+    CHECK(error_m(frames, 0, 1) < 0.1);
+    CHECK(error_m(frames, 0, 2) < 0.1);
+    CHECK(frames.report().digest == team.frames(0).report().digest);
+    CHECK(digest_of(team.robot(i).global().map()) == digest_of(team.robot(0).global().map()));
+    REQUIRE(frames.robots().size() == 3);
+    for (const PlacedRobot& one : frames.robots()) {
+      CHECK(one.frame.anchor == 0);
+      CHECK(one.follower.arrived());
+    }
+    CHECK_FALSE(frames.busy());
+  }
+}
+
+TEST_CASE("frames are found: a robot that starts anew is left out until its new map is placed") {
+  FramesTeam team(2);
+  for (std::uint32_t i = 0; i < 2; ++i) team.add(FramesTeam::config_of(i, FrameMode::kFound));
+  map_hall(team.robot(0), 0.0, 26.0, map_frame(0));
+  map_hall(team.robot(1), 5.0, 30.5, map_frame(1));
+  team.run(20 * kOneSecond_us);
+  REQUIRE(error_m(team.frames(0), 0, 1) < 0.1);
+  const std::uint64_t alone = team.frames(0).report().withdrawals;
+
+  RobotConfig again = FramesTeam::config_of(1, FrameMode::kFound);
+  again.epoch = again.floor = 2;
+  again.exchange.session = std::uint64_t{2} << 32U;
+  team.replace(1, again);
+  map_hall(team.robot(1), 3.0, 30.5, map_frame(3));
+  bool was_left_out = false;
+  team.run(20 * kOneSecond_us,
+           [&] { was_left_out = was_left_out || team.frames(0).T_team_world(1) == nullptr; });
+  CHECK(was_left_out);
+  CHECK(team.frames(0).report().withdrawals > alone);
+  const Matrix34d* const T_team_1 = team.frames(0).T_team_world(1);
+  REQUIRE(T_team_1 != nullptr);
+  const Point3d middle(15.0, 9.0, 1.0);
+  CHECK(norm(Point3d(apply(*T_team_1, apply(map_frame(3), middle)) - apply(map_frame(0), middle))) <
+        0.1);
+}
+
+TEST_CASE(
+    "frames are refined: a survey holds to the bit, and what was given roughly is corrected") {
+  FramesTeam team(3);
+  RobotConfig surveyed = FramesTeam::config_of(0, FrameMode::kRefined);
+  surveyed.frames.sigma_m = surveyed.frames.sigma_rad = 0.0;
+  surveyed.T_global_map = frame_of(30.0, 0.0, 0.0, {100.0, 50.0, 2.0});
+  RobotConfig rough = FramesTeam::config_of(1, FrameMode::kRefined);
+  const Matrix34d T_map0_map1 = product(map_frame(0), inverse(map_frame(1)));
+  const Matrix34d right = product(surveyed.T_global_map, T_map0_map1);
+  // 3 m and 8 degrees off.
+  rough.T_global_map = product(frame_of(0.0, 0.0, 0.0, {2.0, -2.0, 1.0}),
+                               product(right, frame_of(8.0, 0.0, 0.0, {0.0, 0.0, 0.0})));
+  team.add(surveyed);
+  team.add(rough);
+  map_hall(team.robot(0), 0.0, 26.0, map_frame(0));
+  map_hall(team.robot(1), 4.0, 30.5, map_frame(1));
+  team.run(60 * kOneSecond_us);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    const SharedFrames& frames = team.frames(i);
+    const Matrix34d* const of_surveyed = frames.T_team_world(0);
+    const Matrix34d* const of_rough = frames.T_team_world(1);
+    REQUIRE(of_surveyed != nullptr);
+    REQUIRE(of_rough != nullptr);
+    CHECK(*of_surveyed == Matrix34d(Matrix34d::Identity()));
+    const Point3d p_map = apply(map_frame(1), Point3d(15.0, 9.0, 1.0));
+    CHECK(norm(Point3d(apply(product(*of_rough, rough.T_global_map), p_map) -
+                       apply(right, p_map))) < 0.1);
+  }
+}
+
+TEST_CASE("frames are found: two robots that have nothing in common have no frame in common") {
+  FramesTeam team(4);
+  for (std::uint32_t i = 0; i < 2; ++i) team.add(FramesTeam::config_of(i, FrameMode::kFound));
+  map_hall(team.robot(0), 0.0, 26.0, map_frame(0));
+  SolidWorld other = other_hall();
+  for (Solid& solid : other.solids) solid.label = 1 + (solid.label & 1);
+  add_world(other, part(0.0, 24.5, map_frame(1)), team.robot(1).mapper().maps().map());
+  team.run(20 * kOneSecond_us);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    CHECK(team.frames(i).T_team_world(1 - i) == nullptr);
+    REQUIRE(team.frames(i).pairs().size() == 1);
+    const PairState& pair = team.frames(i).pairs().front();
+    CHECK(pair.attempts >= 1);
+    CHECK_FALSE(pair.stated);
+    INFO("its own map is all that there is");
+    CHECK(team.robot(i).global().map().usage().label_voxels ==
+          team.robot(i).map().usage().label_voxels);
+  }
+}
+
+}  // namespace tessera
