@@ -23,6 +23,7 @@
 #include "node/earlier_submaps.hpp"
 #include "node/epoch_pace.hpp"
 #include "node/fleet_watch.hpp"
+#include "node/frames_watch.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/network_port.hpp"
 #include "node/node_config.hpp"
@@ -230,6 +231,7 @@ class Node {
   std::optional<DatagramDoor> door_;  ///< Before the port, whose thread calls it.
   std::optional<FleetWatch> fleet_;
   DoubtWatch doubts_;
+  FramesWatch frames_;
   std::unique_ptr<NetworkPort> port_;
   WakeUp mapping_wake_;  ///< Before its users.
   // Each may be null, except mapping and sharing.
@@ -293,8 +295,5 @@ class Node {
   std::uint64_t global_digest_ = 0;
   std::optional<std::uint64_t> local_digest_;
 };
-
-/// Text of the differences between a peer's configuration and ours; empty: none.
-std::string mismatch_text(const ConfigurationDetails& theirs, const ConfigurationDetails& ours);
 
 }  // namespace tessera

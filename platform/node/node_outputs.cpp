@@ -11,6 +11,7 @@
 #include "node/kept_maps.hpp"
 #include "node/node.hpp"
 #include "node/published_map.hpp"
+#include "tessera/base/rigid.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -22,6 +23,14 @@ MapIdentity Node::identity_of(MapKind kind) const {
   if (kind == MapKind::kLocal) {
     identity.has_T_global_map = true;
     identity.T_global_map = setup_.robot.T_global_map;
+    if (config_.frames != FrameMode::kGiven) {
+      // Where links have it by now. A frame that is this robot's alone says nothing to others.
+      const FramesState frames = frames_.view();
+      const auto T = T_team_world(frames, config_.robot);
+      identity.has_T_global_map =
+          T && (config_.frames == FrameMode::kRefined || !is_alone(frames, config_.robot));
+      if (T) identity.T_global_map = product(*T, setup_.robot.T_global_map);
+    }
     settings = settings_of(to_json(config_.map, setup_.map));
   } else {
     settings = config_.values.value("fusion", Json::object());

@@ -67,6 +67,7 @@ Json contributions_json(const Robot& robot) {
     const Result<Replicas::Slot> slot = replicas.find(state.id);
     if (MapSession::is(state.id.submap)) one["session"] = to_json(state.session);
     if (Objection::is(state.id.submap)) one["objections"] = true;
+    if (FrameStatements::is(state.id.submap)) one["frame_statements"] = true;
     one["parts"] = slot.ok() ? Json(replicas.contribution(*slot).blocks) : Json(0);
     json.push_back(std::move(one));
   }
@@ -253,6 +254,7 @@ Json Node::report() const {
       run_.heap_allocations ? Json(*run_.heap_allocations) : Json();
   json["global_map"] = global_json(*robot_);
   json["reliability"] = to_json(judge_robots(robot_->global()), robot_->global().map().classes());
+  if (config_.frames != FrameMode::kGiven) json["frames"] = to_json(frames_.view());
   json["memory"] = memory_json();
   if (archive_) json["window"] = to_json(window_);
   if (kept_) json["submaps"] = submaps_json();

@@ -140,7 +140,10 @@ Outcome<void> Node::begin_state() {
       setup_.robot.most_submaps != 0 ? StartMap::kSubmaps : StartMap::kContinued;
   const StartMap empty =
       setup_.robot.most_submaps != 0 ? StartMap::kEmptySubmaps : StartMap::kEmpty;
-  TESSERA_TRY(state_->begin(config_.earlier, found_ ? continued : empty));
+  // A map of an earlier start that is not continued has another frame, which nobody knows.
+  const EarlierEpochs earlier =
+      config_.frames == FrameMode::kGiven ? config_.earlier : EarlierEpochs::kDrop;
+  TESSERA_TRY(state_->begin(earlier, found_ ? continued : empty));
   set_earlier_files_aside();
   setup_.robot.epoch = state_->epoch();
   epoch_ = state_->epoch();

@@ -65,7 +65,8 @@ Outcome<void> Node::make_services() {
                           .sharing = sharing_.get(),
                           .port = port_.get(),
                           .fleet = &*fleet_,
-                          .doubts = &doubts_}));
+                          .doubts = &doubts_,
+                          .frames = &frames_}));
     view_ = std::move(view);
   }
   if (!config_.queries) return {};

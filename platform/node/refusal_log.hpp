@@ -54,4 +54,7 @@ class RefusalLog {
   std::int64_t looked_us_ = kNever;
 };
 
+/// Text of the differences between a peer's configuration and ours; empty: none.
+std::string mismatch_text(const ConfigurationDetails& theirs, const ConfigurationDetails& ours);
+
 }  // namespace tessera

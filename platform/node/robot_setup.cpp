@@ -7,7 +7,9 @@
 #include <filesystem>
 
 #include "maps/held_archive.hpp"
+#include "node/node_settings.hpp"
 #include "scans/transform_file.hpp"
+#include "settings/sharing_settings.hpp"
 #include "settings/window_setup.hpp"
 
 namespace tessera {
@@ -15,6 +17,12 @@ namespace tessera {
 namespace {
 
 Outcome<Matrix34d> frame_of(const NodeConfig& config) {
+  if (config.frames == FrameMode::kFound) {
+    if (config.T_global_map.empty()) return Matrix34d(Matrix34d::Identity());
+    return Failure{Message(kNodeSettings["robot.T_global_map"]) + " is given, and " +
+                   kSharingSettings["fusion.frames"] +
+                   " is found; leave it out, or have it refined"};
+  }
   std::string path = config.T_global_map;
   if (path.empty()) {
     if (config.sensors.enabled) return Matrix34d(Matrix34d::Identity());
@@ -96,6 +104,12 @@ Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanContent& sc
   setup.robot.scan = capacity;
   setup.robot.T_global_map = T_global_map;
   setup.robot.keep_sessions = !config.sessions.empty();
+  const FramesConfig& frames = setup.robot.frames;
+  const bool is_exact = frames.mode == FrameMode::kRefined && !(frames.sigma_m > 0.0);
+  if (!config.sessions.empty() && frames.mode != FrameMode::kGiven && !is_exact)
+    return Failure{Message("[[sessions]] need a robot whose frame is known: ") +
+                   kSharingSettings["fusion.frames"] + " is " + to_string(frames.mode) +
+                   "; leave out the sessions, or give the frame"};
   return setup;
 }
 

@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -19,17 +20,25 @@ namespace tessera {
 
 namespace {
 
+/// Where the robot's map is in the frame of the global map, which links may find and move.
+Matrix34d frame_of(const ViewedNode& node) noexcept {
+  if (node.frames != nullptr) {
+    if (const auto T = T_team_world(node.frames->view(), node.robot))
+      return product(*T, node.T_global_map);
+  }
+  return node.T_global_map;
+}
+
 /// The contributors of the global map as far as a node knows them without fusing again: the content
 /// of its own map at a voxel. For the view's thread.
 class OwnMarks {
  public:
   explicit OwnMarks(const ViewedNode& node)
-      : local_(node.local->map()),
-        reader_(*node.local),
-        T_map_global_(inverse(node.T_global_map)) {}
+      : node_(node), local_(node.local->map()), reader_(*node.local) {}
   /// 0: this robot has no label there; else it has, and whether that differs from the fused one.
   void mark(const BlockSnapshot& block, BlockMarks& marks) {
     const Lattice lattice = local_.lattice();
+    const Matrix34d T_map_global = inverse(frame_of(node_));
     const double prior = local_.config().prior;
     for (int octet = 0; octet < kBlockOctets; ++octet) {
       for (unsigned left = block.observed_labels(octet); left != 0; left &= left - 1) {
@@ -37,8 +46,8 @@ class OwnMarks {
         VoxelMark& mark = marks[static_cast<std::size_t>(row_order(octet, voxel))];
         mark = {.contributor = 0, .disagreement = false};
         const Point3d p_map =
-            T_map_global_.leftCols<3>() * lattice.center_of(voxel_at(block.coord(), octet, voxel)) +
-            T_map_global_.col(3);
+            T_map_global.leftCols<3>() * lattice.center_of(voxel_at(block.coord(), octet, voxel)) +
+            T_map_global.col(3);
         const Result<VoxelCoord> own = lattice.voxel_of(p_map);
         if (!own.ok()) continue;
         const Result<Estimate> e = reader_.query(*own);
@@ -50,9 +59,9 @@ class OwnMarks {
   }
 
  private:
+  const ViewedNode node_;
   const LocalMap& local_;  ///< For what never changes.
   MapReader reader_;
-  Matrix34d T_map_global_;
 };
 
 std::vector<std::unique_ptr<ViewMap>> maps_of(const ViewedNode& node) {
@@ -188,8 +197,8 @@ Json ViewThread::doubted_json() const {
 
 Json ViewThread::status() const {
   Json robot = {{"robot", node_.robot}, {"track", Json::array()}, {"T_map_sensor", Json()}};
-  robot["T_global_map"] =
-      std::vector<double>(node_.T_global_map.data(), node_.T_global_map.data() + 12);
+  const Matrix34d T_global_map = frame_of(node_);
+  robot["T_global_map"] = std::vector<double>(T_global_map.data(), T_global_map.data() + 12);
   for (std::size_t i = 0; i < places_; ++i) robot["track"].push_back(track_[i]);
   if (mapping_.cycles > 0) robot["T_map_sensor"] = mapping_.T_map_sensor;
   Json buckets = Json::array();
@@ -214,6 +223,8 @@ Json ViewThread::status() const {
     sessions.push_back(to_json(sharing.sessions[i]));
   json["network"]["exclude_differs"] = node_.fleet->view().differ();
   json["network"]["doubted"] = doubted_json();
+  if (const FramesState frames = node_.frames->view(); frames.mode != FrameMode::kGiven)
+    json["frames"] = to_json(frames);
   return json;
 }
 

@@ -13,6 +13,7 @@
 #include "base/thread.hpp"
 #include "node/doubt_watch.hpp"
 #include "node/fleet_watch.hpp"
+#include "node/frames_watch.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/sharing_thread.hpp"
 #include "view/viewer.hpp"
@@ -31,6 +32,7 @@ struct ViewedNode {
   const NetworkPort* port = nullptr;
   const FleetWatch* fleet = nullptr;
   const DoubtWatch* doubts = nullptr;
+  const FramesWatch* frames = nullptr;
 };
 
 class ViewThread {

@@ -9,6 +9,7 @@
 #include "fusing.hpp"
 #include "held_sharer.hpp"
 #include "link/key_settings.hpp"
+#include "maps/frames_state.hpp"
 #include "maps/judged_robot.hpp"
 #include "report.hpp"
 #include "settings.hpp"
@@ -75,10 +76,12 @@ py::dict report(const HeldSharer& sharer) {
     std::size_t waiting;
     ObjectionsReport objections;
     std::vector<JudgedRobot> robots;
+    FramesState frames;
   };
   const All all = sharer.change([](const Sharer& s) {
-    All a{s.exchange().report(), s.global().report(),     s.submap(), {}, s.publisher().waiting(),
-          s.objections(),        judge_robots(s.global())};
+    All a{s.exchange().report(), s.global().report(),      s.submap(), {}, s.publisher().waiting(),
+          s.objections(),        judge_robots(s.global()), {}};
+    if (s.shared_frames() != nullptr) a.frames.take(*s.shared_frames());
     a.contributions.resize(a.exchange.contributions);
     static_cast<void>(s.exchange().contributions(a.contributions));
     return a;
@@ -99,11 +102,13 @@ py::dict report(const HeldSharer& sharer) {
     one["far"] = c.far;
     if (MapSession::is(c.id.submap)) one["session"] = session_dict(c.session);
     if (Objection::is(c.id.submap)) one["objections"] = true;
+    if (FrameStatements::is(c.id.submap)) one["frame_statements"] = true;
     contributions.append(one);
   }
   d["contributions_by_id"] = contributions;
   d["reliability"] = dict_of(to_json(all.robots, sharer.global()->classes()));
   d["objections"] = counters_of(all.objections);
+  if (all.frames.mode != FrameMode::kGiven) d["frames"] = dict_of(to_json(all.frames));
   const GlobalMapReport& g = all.global;
   py::dict global = counters_of(g);
   global["overlap_voxels"] = g.nodes;
@@ -132,6 +137,10 @@ std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
   options.robot = map->identity().robot;
   Matrix34d T = map->identity().T_global_map;
   if (T_global_map) T = pose_of(T_global_map, "T_global_map");
+  if (options.frames == FrameMode::kFound) {
+    if (T_global_map) throw InputError("T_global_map is given, and frames is found; leave out one");
+    T = Matrix34d::Identity();
+  }
   return HeldSharer::make(std::move(map), options, T, in_range<std::uint32_t>(epoch, "epoch"),
                           keys);
 }

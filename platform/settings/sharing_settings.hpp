@@ -15,6 +15,10 @@ template <>
 inline constexpr std::array kChoicesOf<ConflictPolicy>{ConflictPolicy::kAlarm,
                                                        ConflictPolicy::kExclude};
 
+template <>
+inline constexpr std::array kChoicesOf<FrameMode>{FrameMode::kGiven, FrameMode::kRefined,
+                                                  FrameMode::kFound};
+
 inline constexpr Setting kSharingRows[] = {
     row<&SharingOptions::robot>(
         {.table = "robot", .key = "id"}, "number of the robot, unique in the fleet",
@@ -100,6 +104,23 @@ inline constexpr Setting kSharingRows[] = {
     row<&SharingOptions::near_first>(
         {.table = "fusion", .key = "near_first"},
         "update the global map near the robot first, at a higher total cost"),
+    row<&SharingOptions::frames>({.table = "fusion", .key = "frames"},
+                                 "how frames are known: by `T_global_map`; roughly by it; or only "
+                                 "by what robots see in common "
+                                 "([frames](../frames.md))"),
+    row<&SharingOptions::frame_sigma_m>(
+        {.table = "fusion", .key = "frame_sigma_m"},
+        "with `frames = \"refined\"`: standard deviation of `T_global_map` along each axis; 0, "
+        "with `frame_sigma_deg` 0: it is exact",
+        {.allowed = from_to(0.0, 100.0, "metres")}),
+    row<&SharingOptions::frame_sigma_deg>({.table = "fusion", .key = "frame_sigma_deg"},
+                                          "the same about each axis",
+                                          {.allowed = from_to(0.0, 57.0, "degrees")}),
+    row<&SharingOptions::frame_robots>(
+        {.table = "fusion", .key = "frame_robots"},
+        "most robots whose frames are found, those with the lowest numbers; finding frames takes "
+        "some 17 MB beside `memory`",
+        {.allowed = from_to(1.0, TeamFrames::kMostRobots)}),
 };
 inline constexpr SettingTable<SharingOptions> kSharingSettings{kSharingRows};
 

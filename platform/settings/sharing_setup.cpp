@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <numbers>
 
 #include "base/monotonic_clock.hpp"
 #include "settings/sharing_settings.hpp"
@@ -34,6 +35,25 @@ ExchangeConfig exchange_of(const SharingOptions& config, const MapConfig& map,
   exchange.bytes_per_s = config.bytes_per_s;
   exchange.burst_bytes = config.burst_bytes;
   return exchange;
+}
+
+Outcome<FramesConfig> frames_of(const SharingOptions& options) {
+  FramesConfig config;
+  config.mode = options.frames;
+  config.sigma_m = options.frame_sigma_m;
+  config.sigma_rad = options.frame_sigma_deg * std::numbers::pi / 180.0;
+  config.most_robots = options.frame_robots;
+  if (config.mode == FrameMode::kGiven) return config;
+  if ((config.sigma_m > 0.0) != (config.sigma_rad > 0.0))
+    return Failure{Message(kSharingSettings["fusion.frame_sigma_m"]) + " and " +
+                   kSharingSettings["fusion.frame_sigma_deg"] +
+                   " are both 0, for an exact frame, or both above it"};
+  if (options.reach_m > 0.0)
+    return Failure{Message(kSharingSettings["fusion.frames"]) + " other than given and " +
+                   kSharingSettings["network.reach_m"] +
+                   " do not go together, as nobody knows what is near before frames are found; "
+                   "leave out one"};
+  return config;
 }
 
 }  // namespace
@@ -74,8 +94,10 @@ Outcome<GlobalMapConfig> fit_global_map(GlobalMapConfig config, std::size_t memo
   config.replicas.robot_blocks =
       std::max(1U, static_cast<std::uint32_t>(robot_share * config.replicas.blocks));
   config.sum_segments = parts_of(0.12, SegmentStore::kSegmentBytes);
-  config.staged_bytes =
-      std::max(kLeastStorage, rest_bytes / 20 / SlabPool::kPageBytes * SlabPool::kPageBytes);
+  // Where frames are found, all of a robot moves at once.
+  const std::size_t staged_share = config.place_robots ? 6 : 20;
+  config.staged_bytes = std::max(
+      kLeastStorage, rest_bytes / staged_share / SlabPool::kPageBytes * SlabPool::kPageBytes);
   const std::size_t without_map =
       GlobalMap::required_bytes(config, num_components) - required_bytes(config.map);
   config.map = fit_to_budget(config.map, memory_bytes - without_map);
@@ -119,6 +141,8 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
   }
   robot.work_per_tick = options.work_per_tick;
   robot.near_first = options.near_first;
+  TESSERA_TRY_ASSIGN(const FramesConfig frames, frames_of(options));
+  robot.frames = frames;
   robot.epoch = epoch;
 
   GlobalMapConfig global;
@@ -128,6 +152,7 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
   global.map.max_evidence = 0.0F;
   if (diffusion.mode == DiffusionMode::kPaper) global.map.prior = 0.0;
   global.map.tuple = options.counts;
+  global.place_robots = frames.mode != FrameMode::kGiven;
   global.replicas.contributions = options.contributions;
   TESSERA_TRY_ASSIGN(
       const GlobalMapConfig fitted,

@@ -45,6 +45,11 @@ struct SharingOptions {
   double robot_share = 0.5;
   std::uint64_t work_per_tick = 300'000;
   bool near_first = false;
+  // Frames.
+  FrameMode frames = FrameMode::kGiven;
+  double frame_sigma_m = FramesConfig{}.sigma_m;
+  double frame_sigma_deg = 5.0;
+  std::uint32_t frame_robots = FramesConfig{}.most_robots;
 };
 
 /// Fails with kUsage iff options of what is published contradict each other.

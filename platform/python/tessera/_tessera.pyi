@@ -246,7 +246,8 @@ class Sharer:
         contributions: int = ..., contributions_per_robot: int = ..., reach_m: float = ...,
         far_contributions: int = ..., teammate_margin_m: float = ..., objections: int = ..., conflicts: str = "alarm",
         fusion_memory_bytes: int = ..., counts: str = "compact", robot_share: float = ..., work_per_tick: int = ...,
-        near_first: bool = False, fleet_key: _Path | None = None, robot_secret: _Path | None = None,
+        near_first: bool = False, frames: str = "given", frame_sigma_m: float = ..., frame_sigma_deg: float = ...,
+        frame_robots: int = ..., fleet_key: _Path | None = None, robot_secret: _Path | None = None,
         robot_public_keys: _Path | None = None, mission: str | None = None) -> None: ...
     def tick(self, now_us: int | None = None) -> list[bytes]: ...
     def receive(self, datagram: bytes | bytearray | memoryview, now_us: int | None = None) -> None: ...

@@ -29,8 +29,23 @@ function histogram(buckets, period_ms) {
   holder.replaceChildren(element("div", { class: "columns" }, ...columns, limit), element("div", { class: "axis" }, element("span", {}, "0"), element("span", {}, `period ${period_ms} ms`), element("span", {}, ms(most_ms))));
 }
 
+/// Where the team's links have each robot, what is in doubt, and why a comparison found nothing.
+function frameRows(frames) {
+  const rows = frames.robots.map((r) => {
+    const held = r.robot === r.anchor ? r.state : `${r.state}, in the frame of robot ${r.anchor}`;
+    const sure = r.in_use && r.sigma_m > 0 ? `, ± ${r.sigma_m.toFixed(2)} m ${r.sigma_deg.toFixed(2)}°` : "";
+    const doubt = r.suspected ? "; its links contradict others" : r.in_use && !r.arrived ? "; follows" : "";
+    return [`robot ${r.robot}`, `${r.in_use ? "" : "left out: "}${held}${sure}${doubt}`, !r.in_use || r.suspected];
+  });
+  const refused = frames.links.filter((l) => !["used", "not needed", "replaced", "of another epoch"].includes(l.verdict));
+  return [...rows,
+    ...frames.pairs.filter((p) => !p.stated).map((p) => [`compared with robot ${p.robot}`, p.result, p.attempts > 0]),
+    ...refused.map((l) => [`link ${l.from} to ${l.to}`, l.verdict, true]),
+    ["links used", `${frames.links.filter((l) => l.verdict === "used").length} of ${frames.links.length}`]];
+}
+
 export function showNode(told) {
-  for (const name of ["timing", "network"]) document.getElementById(`${name}-panel`).hidden = !told[name];
+  for (const name of ["timing", "network", "frames"]) document.getElementById(`${name}-panel`).hidden = !told[name];
   if (told.timing) {
     const t = told.timing;
     fill("timing", [["cycles", whole(t.cycles)], ["p50", ms(t.p50_ms)], ["p99", ms(t.p99_ms)], ["max", ms(t.max_ms)], ["missed", whole(t.missed), t.missed > 0], ["ticks of sharing", whole(t.ticks)],
@@ -45,4 +60,5 @@ export function showNode(told) {
       ...(n.exclude_differs?.length > 0 ? [["exclude other robots", `robots ${n.exclude_differs.join(", ")}`, true]] : []),
       ...(n.doubted ?? []).map((d) => [`robot ${d.robot} differs from most`, d.classes.join(", "), true])]);
   }
+  if (told.frames) fill("frames", frameRows(told.frames));
 }

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 
 #include "records_rig.hpp"
+#include "tessera/frames/frame_statements.hpp"
 
 namespace tessera {
 namespace {
@@ -198,6 +199,37 @@ TEST_CASE("ChunkTaker: of its own contribution a robot knows what it made itself
   // Another process of the same number did not make these.
   RecordsRig twin(kId.robot);
   CHECK_FALSE(check(twin, twin.open(kId)).has_value());
+}
+
+TEST_CASE("ChunkTaker: what is stated about frames is taken as it is, and as its author's alone") {
+  constexpr ContributionId kFrames{7, 1, FrameStatements::kNumber};
+  RecordsRig origin(kFrames.robot);
+  RecordsRig hearer(2);
+  HeldContribution& own = origin.open(kFrames);
+  HeldContribution& held = hearer.open(kFrames);
+  FrameLink link;
+  link.from = 7;
+  link.from_epoch = 1;
+  link.to = 9;
+  link.revision = 1;
+  BlockKey place = place_of_link(9);
+  bool is_good = false;
+  SECTION("as it should be") { is_good = true; }
+  SECTION("of another robot") { link.from = 8; }
+  SECTION("of another epoch") { link.from_epoch = 2; }
+  SECTION("in the place of another one") { place = place_of_link(10); }
+  SECTION("in the place of the prior") { place = kPlaceOfPrior; }
+  std::array<std::byte, FrameLink::kBytes> bytes{};
+  REQUIRE(encode_link(link, bytes) == Status::kOk);
+  REQUIRE(origin.maker
+              .publish_bytes({origin.table, origin.records, *origin.scratch, origin.counted}, own,
+                             place, bytes)
+              .ok());
+  const ChunkHeader header = RecordsRig::header_of(own, {1, 1});
+  const ChunkTaker::Taken taken = hearer.take(held, header, origin.body_of(own, header));
+  CHECK(taken.well_formed == is_good);
+  CHECK(taken.records == (is_good ? 1U : 0U));
+  CHECK(holds_the_same(held, own) == is_good);
 }
 
 TEST_CASE("ChunkTaker: memory that is too small is refused") {

@@ -109,32 +109,39 @@ TEST_CASE("ContributionTable: places and who gives way are as counting and compa
   CHECK(displaced > 100);
 }
 
-TEST_CASE("ContributionTable: a robot's objections take no place of its maps, here or there") {
+TEST_CASE(
+    "ContributionTable: what a robot has without blocks takes no place of its maps, here or "
+    "there") {
+  const std::uint32_t kind = GENERATE(Objection::kNumber, FrameStatements::kNumber);
+  const std::uint32_t other = Objection::kNumber + FrameStatements::kNumber - kind;
   constexpr std::uint32_t kPlaces = 8;
   constexpr std::size_t kOfOne = 3;
   OwnTable t(false, kOfOne, kPlaces);
   for (std::uint32_t submap = 0; submap < kOfOne; ++submap)
     REQUIRE(t.add({7, 1, submap}, Claim::kFrame) != nullptr);
   for (const std::uint32_t epoch : {1U, 2U, 3U, 4U}) {
-    REQUIRE(t.add({7, epoch, Objection::kNumber}, Claim::kFrame) != nullptr);
+    REQUIRE(t.add({7, epoch, kind}, Claim::kFrame) != nullptr);
     for (std::uint32_t submap = 0; submap < kOfOne; ++submap)
       CHECK(t.table.find({7, 1, submap}) != nullptr);
   }
+  CHECK(t.add({7, 1, other}, Claim::kFrame) != nullptr);
+  CHECK(t.table.find({7, 3, kind}) != nullptr);
   // Those of the newest epochs.
-  CHECK(t.table.find({7, 2, Objection::kNumber}) == nullptr);
-  CHECK(t.table.find({7, 3, Objection::kNumber}) != nullptr);
-  CHECK(t.table.find({7, 4, Objection::kNumber}) != nullptr);
+  CHECK(t.table.find({7, 2, kind}) == nullptr);
+  CHECK(t.table.find({7, 3, kind}) != nullptr);
+  CHECK(t.table.find({7, 4, kind}) != nullptr);
   // The place that is kept for this robot's own map is not theirs.
   for (std::uint32_t robot = 20; t.table.free_places() != 0; ++robot)
     REQUIRE(t.add({robot, 1, 0}, Claim::kFrame) != nullptr);
-  CHECK(t.add({1, 1, Objection::kNumber}, Claim::kOwn) == nullptr);
+  CHECK(t.add({1, 1, kind}, Claim::kOwn) == nullptr);
   CHECK(t.add({1, 1, 0}, Claim::kOwn) != nullptr);
 }
 
-TEST_CASE("ContributionTable: a robot holds those of its own objections that others hold") {
+TEST_CASE("ContributionTable: a robot holds those of its own without blocks that others hold") {
+  const std::uint32_t kind = GENERATE(Objection::kNumber, FrameStatements::kNumber);
   OwnTable mine(false, 3, 12);
   OwnTable theirs(false, 3, 12);
-  const auto id = [](std::uint32_t epoch) { return ContributionId{1, epoch, Objection::kNumber}; };
+  const auto id = [=](std::uint32_t epoch) { return ContributionId{1, epoch, kind}; };
   const auto own = [&](std::uint32_t epoch) {
     HeldContribution* const added = mine.add(id(epoch), Claim::kOwn);
     REQUIRE(added != nullptr);
@@ -168,7 +175,10 @@ TEST_CASE("ContributionTable: a robot holds those of its own objections that oth
   }
 }
 
-TEST_CASE("ContributionTable: of objections whose process is gone nobody lacks what nobody has") {
+TEST_CASE(
+    "ContributionTable: without blocks, and of a process that is gone, nobody lacks what nobody "
+    "has") {
+  const std::uint32_t kind = GENERATE(Objection::kNumber, FrameStatements::kNumber);
   OwnTable t(false, 3, 12);
   const auto opened = [&](const ContributionId& id) -> HeldContribution& {
     HeldContribution* const added = t.add(id, Claim::kFrame);
@@ -176,15 +186,15 @@ TEST_CASE("ContributionTable: of objections whose process is gone nobody lacks w
     return *added;
   };
   // Its statement never came, or says more than was ever received.
-  HeldContribution& objections = opened({7, 2, Objection::kNumber});
+  HeldContribution& one = opened({7, 2, kind});
   HeldContribution& map = opened({7, 2, 0});
-  CHECK_FALSE(t.table.lacks_nothing(objections));
+  CHECK_FALSE(t.table.lacks_nothing(one));
   opened({8, 3, 0});  // another robot's
   opened({7, 1, 0});  // an earlier epoch
   REQUIRE(t.add({7, 3, 1}, Claim::kName) != nullptr);
-  CHECK_FALSE(t.table.lacks_nothing(objections));
+  CHECK_FALSE(t.table.lacks_nothing(one));
   opened({7, 3, 0});
-  CHECK(t.table.lacks_nothing(objections));
+  CHECK(t.table.lacks_nothing(one));
   CHECK_FALSE(t.table.lacks_nothing(map));
 }
 

@@ -19,19 +19,20 @@ PlacesOfRobots made_in(AlignedMemory& memory, std::uint32_t places) {
 
 }  // namespace
 
-TEST_CASE("PlacesOfRobots: counts as a map of robots does, sessions and objections apart") {
+TEST_CASE("PlacesOfRobots: counts as a map of robots does, each kind apart") {
   constexpr std::uint32_t kPlaces = 40;
   AlignedMemory memory(PlacesOfRobots::required_bytes(kPlaces));
   PlacesOfRobots places = made_in(memory, kPlaces);
   oracle::Random random(7);
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> expected;
-  constexpr std::array<std::uint32_t, 4> kSubmaps{5, 5, Objection::kNumber, MapSession::kFirst};
+  constexpr std::array<std::uint32_t, 5> kSubmaps{5, 5, FrameStatements::kNumber,
+                                                  Objection::kNumber, MapSession::kFirst};
   std::vector<ContributionId> taken;
   for (int i = 0; i < 4000; ++i) {
     const bool adds = taken.empty() || (taken.size() < kPlaces && random.below(2) == 0);
     if (adds) {
       const auto robot = static_cast<std::uint32_t>(random.below(60));
-      const std::uint32_t submap = kSubmaps[static_cast<std::size_t>(random.below(4))];
+      const std::uint32_t submap = kSubmaps[static_cast<std::size_t>(random.below(5))];
       taken.push_back({robot, 1, submap});
       places.add(taken.back());
       ++expected[{robot, submap}];

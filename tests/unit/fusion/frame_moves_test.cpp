@@ -4,6 +4,7 @@
 #include "tessera/fusion/internal/frame_moves.hpp"
 
 #include <catch2/catch.hpp>
+#include <optional>
 
 #include "support/aligned_memory.hpp"
 
@@ -21,15 +22,16 @@ GridTransform shift_by(double x_m) {
 struct Team {
   static constexpr ReplicasConfig kConfig{
       .segments = 64, .blocks = 64, .contributions = 4, .robot_segments = 64};
-  Team()
+  explicit Team(bool place_robots = false)
       : memory(Replicas::required_bytes(kConfig) + FrameMoves::required_bytes(4) +
-               GlobalRecords::required_bytes(256)) {
+               RobotPlaces::required_bytes(place_robots) + GlobalRecords::required_bytes(256)) {
     Arena arena = memory.arena();
     replicas = *Replicas::make(arena, kConfig);
-    moves = *FrameMoves::make(arena, 4);
+    moves =
+        *FrameMoves::make(arena, 4, place_robots ? *RobotPlaces::make(arena, 0.1) : RobotPlaces());
     records = *GlobalRecords::make(arena, 256, 0);
     slot = *replicas.open({1, 1, 0});
-    replicas.set_frame(slot, shift_by(0.0), 0);
+    moves.open(replicas, slot, shift_by(0.0));
     REQUIRE(replicas.put(slot, *pack(BlockCoord{0, 0, 0}), 1, bytes).ok());
   }
   bool marked(std::int32_t x) { return records.find({x, 0, 0}) != 0; }
@@ -63,7 +65,7 @@ TEST_CASE(
     "FrameMoves: where blocks are and where they will be is marked before the frame is in force") {
   Team team;
   static_cast<void>(team.moves.set_frame(team.replicas, team.slot, shift_by(8.0), 1));
-  team.moves.begin();
+  team.moves.begin(team.replicas);
   CHECK(team.moves.phase() == Phase::kMarking);
   // What arrives meanwhile is of both places.
   REQUIRE(
@@ -92,13 +94,59 @@ TEST_CASE(
   CHECK_FALSE(team.moves.busy());
 }
 
+TEST_CASE("FrameMoves: a robot without a place marks nothing until it has one") {
+  Team team(true);
+  const auto place = [&](std::uint32_t robot, std::optional<double> x_m) {
+    Matrix34d T = Matrix34d::Identity();
+    T(0, 3) = x_m.value_or(0.0);
+    return *team.moves.place(robot, x_m ? std::optional(T) : std::nullopt);
+  };
+  REQUIRE(
+      team.moves.mark_change(team.replicas, team.records, team.slot, *pack(BlockCoord{3, 0, 0})));
+  CHECK(team.records.size() == 0);
+  // Its frame changes without a move.
+  static_cast<void>(team.moves.set_frame(team.replicas, team.slot, shift_by(0.8), 1));
+  team.moves.begin(team.replicas);
+  CHECK_FALSE(team.moves.busy());
+  CHECK(team.replicas.contribution(team.slot).frame_revision == 1);
+
+  CHECK(place(1, 8.0) == Replicas::Change::kTaken);
+  CHECK(team.moves.busy());
+  team.moves.begin(team.replicas);
+  CHECK(team.moves.phase() == Phase::kMarking);
+  // What is opened and arrives meanwhile goes with the rest of the robot.
+  const Replicas::Slot late = *team.replicas.open({1, 1, 1});
+  team.moves.open(team.replicas, late, shift_by(0.0));
+  CHECK(team.replicas.contribution(late).hidden);
+  REQUIRE(team.moves.mark_change(team.replicas, team.records, late, *pack(BlockCoord{20, 0, 0})));
+  CHECK_FALSE(team.marked(20));
+  CHECK(team.marked(30));
+  while (team.moves.phase() == Phase::kMarking) team.moves.mark(team.replicas, team.records, 1000);
+  CHECK_FALSE(team.marked(1));
+  CHECK(team.marked(11));  // both frames: 8.8 m
+  CHECK_FALSE(team.replicas.contribution(late).hidden);
+  CHECK(team.replicas.contribution(team.slot).T_global_local == shift_by(8.8));
+  CHECK(team.replicas.contribution(team.slot).T_world_local == shift_by(0.8));
+  team.moves.begin_merging();
+  team.moves.finish(team.replicas, 1);
+  CHECK_FALSE(team.moves.busy());
+
+  CHECK(place(1, 8.0) == Replicas::Change::kStale);
+  CHECK_FALSE(team.moves.busy());
+  CHECK(place(1, std::nullopt) == Replicas::Change::kTaken);
+  team.moves.begin(team.replicas);
+  while (team.moves.phase() == Phase::kMarking) team.moves.mark(team.replicas, team.records, 1000);
+  CHECK(team.replicas.contribution(team.slot).hidden);
+  CHECK(team.moves.has_hidden());
+}
+
 TEST_CASE("FrameMoves: what leaves keeps its slot until its replicas are dropped") {
   Team team;
   team.moves.remove(team.replicas, team.slot);
   CHECK(team.moves.leaving(team.slot));
   CHECK(team.moves.set_frame(team.replicas, team.slot, shift_by(1.6), 7) ==
         Replicas::Change::kStale);
-  team.moves.begin();
+  team.moves.begin(team.replicas);
   while (team.moves.phase() == Phase::kMarking) team.moves.mark(team.replicas, team.records, 1000);
   CHECK(team.replicas.contribution(team.slot).leaving);
   CHECK(team.replicas.contribution(team.slot).present);

@@ -9,6 +9,7 @@
 
 #include "support/cloud.hpp"
 #include "support/team.hpp"
+#include "tessera/base/rigid.hpp"
 
 namespace tessera {
 namespace {
@@ -113,6 +114,37 @@ TEST_CASE("Phi: a matrix that is a rotation to four digits is made one") {
         frame.to_local({floor_to_int(x), floor_to_int(y), floor_to_int(z)}) - local;
     REQUIRE(std::max({std::abs(back.x), std::abs(back.y), std::abs(back.z)}) <= 1);
   }
+}
+
+TEST_CASE("Phi: in a world that is placed, it is that of the product of both transforms") {
+  Random random(oracle::announce_seed(64));
+  for (int i = 0; i < 200; ++i) {
+    const Matrix34d T_team_world = oracle::random_transform(random, 180.0, 50.0);
+    const Matrix34d T_world_local = oracle::random_transform(random, 180.0, 50.0);
+    const GridTransform local = *GridTransform::make(T_world_local, 0.1);
+    const GridTransform placed = *GridTransform::compose(T_team_world, local, 0.1);
+    const GridTransform expected = *GridTransform::make(product(T_team_world, T_world_local), 0.1);
+    const VoxelCoord far{1000, -1000, 500};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      REQUIRE(placed.to_global(far)[axis] == Approx(expected.to_global(far)[axis]).margin(1e-8));
+    // The identity moves nothing, not a bit of it.
+    REQUIRE(*GridTransform::compose(Matrix34d::Identity(), local, 0.1) == local);
+  }
+}
+
+TEST_CASE("Phi: whole voxels stay whole voxels in a world that is placed by whole voxels") {
+  Matrix34d T = Matrix34d::Identity();
+  T(0, 3) = 0.7;
+  T(1, 3) = -1234.3;
+  const GridTransform local = *GridTransform::make(T, 0.1);
+  const GridTransform placed = *GridTransform::compose(T, local, 0.1);
+  CHECK(placed.shift_only());
+  CHECK((placed.shift() == VoxelCoord{14, -24686, 0}));
+  T(1, 3) = -kBlockLimit * 0.1;
+  CHECK(GridTransform::compose(T, local, 0.1).status() == Status::kInvalidArgument);
+  T(1, 3) = 1e300;
+  CHECK(GridTransform::compose(T, local, 0.1).status() == Status::kInvalidArgument);
+  CHECK(GridTransform::compose(T, local, 0.0).status() == Status::kInvalidArgument);
 }
 
 }  // namespace

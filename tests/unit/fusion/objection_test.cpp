@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "support/random.hpp"
+#include "tessera/replica/contribution_kind.hpp"
 
 namespace tessera {
 namespace {
@@ -61,11 +62,13 @@ TEST_CASE("objection: bytes that are not as they are written are refused") {
   bad = good;
   bad.back() = std::byte{0};  // a row that is said to have a voxel
   CHECK_FALSE(read.read(bad));
-  // Against no voxel, and against objections.
+  // Against no voxel, and against what has no blocks.
   CHECK_FALSE(read.read(bytes_of({.against = {1, 2, 3}, .key = pack_in_grid({1, 2, 3})})));
-  Objection against_objections = random_objection(random);
-  against_objections.against.submap = Objection::kNumber;
-  CHECK_FALSE(read.read(bytes_of(against_objections)));
+  for (const std::uint32_t submap : {Objection::kNumber, FrameStatements::kNumber}) {
+    Objection against_none = random_objection(random);
+    against_none.against.submap = submap;
+    CHECK_FALSE(read.read(bytes_of(against_none)));
+  }
   // No bytes, however random, are read beyond their end or written otherwise.
   for (int i = 0; i < 20000; ++i) {
     std::vector<std::byte> any = good;

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "node/frames_watch.hpp"
+
+namespace tessera {
+
+namespace {
+
+const FramesState::Robot* find_in(const FramesState& state, std::uint32_t robot) noexcept {
+  for (std::uint32_t i = 0; i < state.robot_count; ++i)
+    if (state.robots[i].robot == robot) return &state.robots[i];
+  return nullptr;
+}
+
+/// A log line has static text.
+const char* placed_text(FrameState state) noexcept {
+  switch (state) {
+    case FrameState::kGiven:
+      return "robot %: its frame is given exactly; the team is in that of robot %";
+    case FrameState::kPlaced:
+      return "robot %: its frame is given roughly, and no link corrects it; anchor: robot %";
+    case FrameState::kLinked:
+      return "robot %: its frame is found, in that of robot %";
+    case FrameState::kOnlyByOne:
+      return "robot %: its frame is found by one robot alone, in that of robot %";
+    default:
+      return "robot %: its frame is its own, as nothing joins it to others; anchor: robot %";
+  }
+}
+
+}  // namespace
+
+void FramesWatch::look(const SharedFrames* frames, std::int64_t now_us, LogQueue& log) noexcept {
+  if (frames == nullptr || now_us < due_us_) return;
+  due_us_ = now_us + kPause_us;
+  now_.take(*frames);
+  for (std::uint32_t i = 0; i < now_.robot_count; ++i)
+    tell(now_.robots[i], find_in(last_, now_.robots[i].robot), now_us, log);
+  for (std::uint32_t i = 0; i < last_.robot_count; ++i) {
+    const FramesState::Robot& gone = last_.robots[i];
+    if (gone.in_use && find_in(now_, gone.robot) == nullptr)
+      log.say_change(LogLevel::kInfo, now_us, "robot % has left, and so has its frame", gone.robot);
+  }
+  last_ = now_;
+  view_.set(now_);
+}
+
+void FramesWatch::tell(const FramesState::Robot& robot, const FramesState::Robot* before,
+                       std::int64_t now_us, LogQueue& log) noexcept {
+  const bool was_used = before != nullptr && before->in_use;
+  if (robot.in_use && (!was_used || before->anchor != robot.anchor)) {
+    log.say_change(LogLevel::kInfo, now_us, placed_text(robot.state), robot.robot, robot.anchor);
+  } else if (was_used && !robot.in_use) {
+    log.say_change(LogLevel::kWarning, now_us,
+                   robot.state == FrameState::kContradicted
+                       ? "robot %: its frame is withdrawn, as links contradict each other; its map "
+                         "is left out"
+                       : "robot %: its frame is withdrawn, and its map is left out",
+                   robot.robot);
+  }
+  if (robot.suspected && (before == nullptr || !before->suspected))
+    log.say_change(LogLevel::kWarning, now_us,
+                   "robot %: its links contradict what others confirm; its map may be bent",
+                   robot.robot);
+}
+
+}  // namespace tessera
