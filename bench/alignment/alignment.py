@@ -16,7 +16,8 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path += [str(HERE.parent), str(HERE.parent / "experiments")]
 
-import judging  # noqa: E402  these need the paths above
+import fused  # noqa: E402  these need the paths above
+import judging  # noqa: E402
 import negatives  # noqa: E402
 import scenes  # noqa: E402
 import tables  # noqa: E402
@@ -24,7 +25,8 @@ from datasets import inverse  # noqa: E402
 from run import circumstances  # noqa: E402
 from transforms import draw, error, rows_of  # noqa: E402
 
-ROWS = (*scenes.RECORDED, "streets", "negatives")
+ROWS = (*scenes.RECORDED, "streets", "negatives", "fused")
+LABELLED = "semantickitti_08"
 STREET_BOUNDS = (0.1, 0.2)
 
 
@@ -92,6 +94,7 @@ def parsed():
     parser.add_argument("--trials", type=int, default=200, help="of each recorded scene, by seeds 1 to N; 200 unless given")
     parser.add_argument("--streets", type=int, default=100, help="how many; 100 unless given")
     parser.add_argument("--first-street", type=int, default=1, help="the seed of the first one; 1 unless given")
+    parser.add_argument("--fused", type=int, default=10, help="trials of the fused map, by seeds 1 to N; 10 unless given")
     parser.add_argument("--pairs", type=int, default=1000, help="of different places, at most; 1000 unless given")
     parser.add_argument("--python", default="/usr/bin/python3", help="one that has numpy and scipy, for ICP; the system's unless given")
     parser.add_argument("--write-docs", action="store_true")
@@ -113,6 +116,9 @@ def main():
         print(f"{name} ...", flush=True)
         if name == "streets":
             found["rows"][name] = streets(workshop, street_seeds)
+        elif name == "fused":
+            if LABELLED in there:
+                found[name] = fused.measure(workshop, scenes.Recorded(workshop, options.data.resolve(), LABELLED), range(1, options.fused + 1))
         elif name == "negatives":
             found[name] = negatives.measure(workshop, [scenes.Street(workshop, seed) for seed in street_seeds],
                                             [scenes.Recorded(workshop, options.data.resolve(), scene) for scene in there], options.pairs)

@@ -118,6 +118,18 @@ def alignment_reasons(found):
     return table(("pairs", "answer", "number", "support, samples"), rows) if rows else None
 
 
+def alignment_fused(found):
+    if "fused" not in found:
+        return None
+    rows = []
+    for key, said in (("found", "unknown"), ("near", "10 degrees and 5 m off at first")):
+        trials = [trial[key] for trial in found["fused"]["trials"]]
+        lost = sorted(trial["found"] - trial["exact"] for trial in trials)
+        exact = sum(trial["exact"] for trial in trials) / len(trials)
+        rows.append((said, len(trials), f"{exact:.2f}", f"{exact + sum(lost) / len(lost):.2f}", f"{sum(lost) / len(lost):+.2f}", f"{lost[0]:+.2f}"))
+    return table(("frame of the second half", "trials", "mean IoU in exact frames, %", "in found ones, %", "lost, points", "worst"), rows)
+
+
 def alignment_margin(found):
     """How far what was accepted and what was refused lie apart."""
     true = [trial for row in rows_in_order(found) for trial in row["trials"] if trial["accepted"] and not trial["false"]]
@@ -132,7 +144,7 @@ def alignment_margin(found):
 
 
 TABLES = {f.__name__: f for f in (alignment_circumstances, alignment_icp, alignment_found, alignment_errors, alignment_axes, alignment_sigmas,
-                                  alignment_negatives, alignment_reasons, alignment_margin, alignment_costs)}
+                                  alignment_negatives, alignment_reasons, alignment_margin, alignment_fused, alignment_costs)}
 
 
 def write(found, page):

@@ -4,6 +4,7 @@
 #include "meter.hpp"
 #include "tessera/frames/internal/place_fit.hpp"
 #include "tessera/frames/internal/yaw_search.hpp"
+#include "tessera/frames/team_frames.hpp"
 
 namespace tessera::bench {
 
@@ -43,9 +44,49 @@ void take_all(const LocalMap& map, MapSketch& sketch, std::span<KeyedIndex> scra
   sketch.finish(scratch);
 }
 
+/// Of the first robots a link from each to each; the last one lies.
+std::vector<FrameLink> links_of(std::uint32_t robots) {
+  std::vector<FrameLink> links;
+  for (std::uint32_t from = 0; from < robots; ++from) {
+    for (std::uint32_t to = 0; to < robots; ++to) {
+      if (from == to) continue;
+      FrameLink link;
+      link.from = from;
+      link.to = to;
+      link.revision = 1;
+      link.T_from_to(0, 3) = 10.0 * (static_cast<double>(to) - from);
+      link.T_from_to(1, 3) = from + 1 == robots ? 1.0 + to : 0.0;
+      link.covariance = FrameCovariance::isotropic(Point3d::Zero(), 0.02, 0.001);
+      links.push_back(link);
+    }
+  }
+  return links;
+}
+
+void measure_team(Meter& meter) {
+  constexpr std::uint32_t kRobots = 16;
+  const std::vector<FrameLink> links = links_of(kRobots);
+  const auto count = static_cast<std::uint32_t>(links.size());
+  std::vector<OwnedMap::Line> lines(
+      TeamFrames::required_bytes(kRobots, count) / sizeof(OwnedMap::Line) + 1);
+  Arena arena(std::as_writable_bytes(std::span(lines)));
+  TeamFrames team = *TeamFrames::make(arena, kRobots, count);
+  std::vector<FrameMember> members;
+  for (std::uint32_t robot = 0; robot < kRobots; ++robot) members.push_back({robot, 0});
+  meter.measure(
+      {"solve_team", "TeamFrames::solve",
+       "16 robots, a link from each to each, and one of them lies", "links"},
+      1, [] {},
+      [&] {
+        const Result<TeamSolution> solution = team.solve(links, {}, members);
+        return fixed(solution.ok(), count);
+      });
+}
+
 }  // namespace
 
 void measure_frames(Meter& meter) {
+  measure_team(meter);
   constexpr std::size_t kBytes = 2 * MapSketch::required_bytes() + Columns::required_bytes() +
                                  YawSearch::required_bytes() +
                                  arena_bytes<KeyedIndex>(MapSketch::kScratch);
