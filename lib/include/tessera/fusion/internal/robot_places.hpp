@@ -21,6 +21,7 @@ class RobotPlaces {
     std::optional<Matrix34d> T_team_world;
     std::uint32_t number = 0;  ///< Of this place, from 1; 0: none.
   };
+  /// A robot, and where its world lies.
   struct Place {
     std::uint32_t robot = 0;
     bool used = false;
