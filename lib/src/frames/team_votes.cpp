@@ -108,8 +108,8 @@ void refuse_worst(TeamGraph& graph, bool all) noexcept {
 
 void vote_by_triangles(TeamGraph& graph) noexcept {
   // Each round refuses a pair at least; the last ones all, mutual pairs after the others.
-  constexpr int kRounds = 32;
-  for (int round = 0; count_votes(graph); ++round) refuse_worst(graph, round >= kRounds);
+  constexpr int kKindRounds = 32;
+  for (int round = 0; count_votes(graph); ++round) refuse_worst(graph, round >= kKindRounds);
 }
 
 }  // namespace tessera
