@@ -56,7 +56,7 @@ inline Matrix34d frame_of_local(const tessera_robot& robot) noexcept {
   const bool is_open = submap == sharer.submap().submap || !sharer.frames().has(submap);
   const Matrix34d T_world_map = is_open ? sharer.frame() : sharer.frame_of(submap);
   return sharer.shared_frames() == nullptr ? T_world_map
-                                           : product(sharer.T_global_world(), T_world_map);
+                                           : product(sharer.world_frame(), T_world_map);
 }
 /// Whether all of the map can be read as one.
 inline bool is_settled(const tessera_robot& robot, std::uint32_t map) noexcept {

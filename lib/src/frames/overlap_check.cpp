@@ -54,14 +54,14 @@ PartReader::State state_about(PartReader& reader, VoxelCoord part) noexcept {
 
 /// A turn and shift, and the turn alone.
 struct Motion {
-  explicit Motion(const Matrix34d& of) noexcept : T(of), rotation(rotation_rows(of)) {}
-  Matrix34d T;
+  explicit Motion(const Matrix34d& of) noexcept : transform(of), rotation(rotation_rows(of)) {}
+  Matrix34d transform;
   Matrix3 rotation;
 };
 
 void count_surface(const MapSketch& from, const MapSketch::Surface& surface, const Motion& motion,
                    const MapSketch& to, PartReader& reader, Agreement& sums) noexcept {
-  const Matrix34d& T = motion.T;
+  const Matrix34d& T = motion.transform;
   const VoxelCoord cell = MapSketch::cell_of(surface.key);
   const double part_m = from.part_m();
   constexpr int kOneIn = 4;
@@ -80,9 +80,9 @@ void count_surface(const MapSketch& from, const MapSketch::Surface& surface, con
         {floor_to_int(p.x() / to_m), floor_to_int(p.y() / to_m), floor_to_int(p.z() / to_m)});
     const bool is_flat = surface.kind == MapSketch::Kind::kFlat;
     const bool is_occupied = state == PartReader::State::kOccupied;
-    if (is_occupied && !is_flat && are_opposite(surface, motion.rotation, *reader.surface())) {
-      ++sums.unseen;
-    } else if (is_occupied) {
+    const bool is_other_side =
+        is_occupied && !is_flat && are_opposite(surface, motion.rotation, *reader.surface());
+    if (is_occupied && !is_other_side) {
       ++(is_flat ? sums.flat_agreed : sums.agreed);
     } else if (state == PartReader::State::kFree) {
       ++(is_flat ? sums.flat_contradicted : sums.contradicted);

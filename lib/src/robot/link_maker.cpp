@@ -98,7 +98,7 @@ void LinkMaker::note_robots(const TeamPlacement& placement, std::uint32_t own,
 }
 
 bool LinkMaker::is_due(const PairState& pair, const Replicas& replicas, const Chosen& own,
-                       Instant now) const noexcept {
+                       Instant now) noexcept {
   if (now < pair.due || (pair.waits && !pair.no_room)) return false;
   const std::optional<Chosen> other = choose(replicas, pair.robot, pair.epoch);
   if (!other || other->blocks < kLeastBlocks || own.blocks < kLeastBlocks) return false;

@@ -92,7 +92,7 @@ void Sharer::note_scan(const LocalMaps& maps, std::uint32_t submap, std::int64_t
   publisher_.set_focus(block_of(*voxel));
   frames_.note(submap, stamp_us, T_map_sensor);
   p_world_ = apply(frames_.has(submap) ? frame_of(submap) : frame_, p_map);
-  const Point3d p_global = shared_ != nullptr ? apply(shared_->T_team_world(), p_world_) : p_world_;
+  const Point3d p_global = shared_ != nullptr ? apply(shared_->own_frame(), p_world_) : p_world_;
   places_.front() = p_global;
   has_place_ = true;
   set_reach();

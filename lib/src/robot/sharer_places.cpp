@@ -23,7 +23,7 @@ void Sharer::note_place(std::uint32_t submap, std::int64_t stamp_us, const Matri
 
 Matrix34d Sharer::map_from_global(std::uint32_t submap) const noexcept {
   const Matrix34d T_world_map = frames_.has(submap) ? frame_of(submap) : frame_;
-  return inverse(shared_ != nullptr ? product(shared_->T_team_world(), T_world_map) : T_world_map);
+  return inverse(shared_ != nullptr ? product(shared_->own_frame(), T_world_map) : T_world_map);
 }
 
 std::size_t Sharer::teammates(std::int64_t now_us) const noexcept {
@@ -32,7 +32,7 @@ std::size_t Sharer::teammates(std::int64_t now_us) const noexcept {
   std::size_t count = 0;
   for (const Teammate& one : heard.all()) {
     const bool is_here = Teammates::is_here(one, Instant::at_us(now_us));
-    count += is_here && shared_->T_team_world(one.robot) != nullptr ? 1U : 0U;
+    count += is_here && shared_->frame_of(one.robot) != nullptr ? 1U : 0U;
   }
   return count;
 }
@@ -44,7 +44,7 @@ Result<TeammatePlace> Sharer::teammate_at(std::size_t index, std::int64_t now_us
   for (std::size_t i = 0;; ++i) {
     Result<TeammatePlace> one = heard.at(i, teammate_margin_m_, Instant::at_us(now_us));
     if (!one.ok()) return one;
-    const Matrix34d* const T_team_world = shared_->T_team_world(one->robot);
+    const Matrix34d* const T_team_world = shared_->frame_of(one->robot);
     if (T_team_world == nullptr || index-- != 0) continue;
     one->T_map_body = product(*T_team_world, one->T_map_body);
     one->velocity = turned(*T_team_world, one->velocity);
@@ -71,7 +71,7 @@ void Sharer::object(LocalMaps& maps) noexcept {
   const std::optional<ContributionId> own = exchange_.publishing();
   if (!own) return;
   const Matrix34d T_global_map =
-      shared_ != nullptr ? product(shared_->T_team_world(), frame_) : frame_;
+      shared_ != nullptr ? product(shared_->own_frame(), frame_) : frame_;
   objections_.tick({maps.of(submap_.submap), *own, T_global_map, places_.front()});
 }
 

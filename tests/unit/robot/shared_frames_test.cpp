@@ -29,8 +29,8 @@ void map_hall(Robot& robot, double low_x_m, double high_x_m, const Matrix34d& T_
 
 /// How far a robot's world is from where it should be beside another's: at the middle of the hall.
 double error_m(const SharedFrames& frames, std::uint32_t a, std::uint32_t b) {
-  const Matrix34d* const T_team_a = frames.T_team_world(a);
-  const Matrix34d* const T_team_b = frames.T_team_world(b);
+  const Matrix34d* const T_team_a = frames.frame_of(a);
+  const Matrix34d* const T_team_b = frames.frame_of(b);
   if (T_team_a == nullptr || T_team_b == nullptr) return 1e9;
   const Point3d middle(15.0, 9.0, 1.0);
   return norm(Point3d(apply(*T_team_a, apply(map_frame(a), middle)) -
@@ -49,8 +49,8 @@ TEST_CASE("frames are found: three robots that hear two thirds of each other agr
   INFO("nobody is placed before anything is known of it: each map is its robot's own");
   team.run(kOneSecond_us / 2);
   for (std::uint32_t i = 0; i < 3; ++i) {
-    CHECK(team.frames(i).T_team_world(i) != nullptr);
-    CHECK(team.frames(i).T_team_world((i + 1) % 3) == nullptr);
+    CHECK(team.frames(i).frame_of(i) != nullptr);
+    CHECK(team.frames(i).frame_of((i + 1) % 3) == nullptr);
   }
   team.run(40 * kOneSecond_us);
   for (std::uint32_t i = 0; i < 3; ++i) {
@@ -89,10 +89,10 @@ TEST_CASE("frames are found: a robot that starts anew is left out until its new 
   map_hall(team.robot(1), 3.0, 30.5, map_frame(3));
   bool was_left_out = false;
   team.run(20 * kOneSecond_us,
-           [&] { was_left_out = was_left_out || team.frames(0).T_team_world(1) == nullptr; });
+           [&] { was_left_out = was_left_out || team.frames(0).frame_of(1) == nullptr; });
   CHECK(was_left_out);
   CHECK(team.frames(0).report().withdrawals > alone);
-  const Matrix34d* const T_team_1 = team.frames(0).T_team_world(1);
+  const Matrix34d* const T_team_1 = team.frames(0).frame_of(1);
   REQUIRE(T_team_1 != nullptr);
   const Point3d middle(15.0, 9.0, 1.0);
   CHECK(norm(Point3d(apply(*T_team_1, apply(map_frame(3), middle)) - apply(map_frame(0), middle))) <
@@ -118,8 +118,8 @@ TEST_CASE(
   team.run(60 * kOneSecond_us);
   for (std::uint32_t i = 0; i < 2; ++i) {
     const SharedFrames& frames = team.frames(i);
-    const Matrix34d* const of_surveyed = frames.T_team_world(0);
-    const Matrix34d* const of_rough = frames.T_team_world(1);
+    const Matrix34d* const of_surveyed = frames.frame_of(0);
+    const Matrix34d* const of_rough = frames.frame_of(1);
     REQUIRE(of_surveyed != nullptr);
     REQUIRE(of_rough != nullptr);
     CHECK(*of_surveyed == Matrix34d(Matrix34d::Identity()));
@@ -138,7 +138,7 @@ TEST_CASE("frames are found: two robots that have nothing in common have no fram
   add_world(other, part(0.0, 24.5, map_frame(1)), team.robot(1).mapper().maps().map());
   team.run(20 * kOneSecond_us);
   for (std::uint32_t i = 0; i < 2; ++i) {
-    CHECK(team.frames(i).T_team_world(1 - i) == nullptr);
+    CHECK(team.frames(i).frame_of(1 - i) == nullptr);
     REQUIRE(team.frames(i).pairs().size() == 1);
     const PairState& pair = team.frames(i).pairs().front();
     CHECK(pair.attempts >= 1);

@@ -141,10 +141,10 @@ TEST_CASE("frames of a team that meets under loss: one set, small steps, no true
       REQUIRE(frames.robots().size() == robots);
       for (std::uint32_t j = 0; j < robots; ++j) {
         CHECK(frames.robots()[j].follower.arrived());
-        REQUIRE(frames.T_team_world(j) != nullptr);
-        CHECK(*frames.T_team_world(j) == *team.frames(0).T_team_world(j));
+        REQUIRE(frames.frame_of(j) != nullptr);
+        CHECK(*frames.frame_of(j) == *team.frames(0).frame_of(j));
         const Matrix34d right = product(inverse(team.T_team_world[0]), team.T_team_world[j]);
-        CHECK(norm(Point3d(apply(*frames.T_team_world(j), Point3d::Zero()) -
+        CHECK(norm(Point3d(apply(*frames.frame_of(j), Point3d::Zero()) -
                            apply(right, Point3d::Zero()))) < 0.5);
       }
     }

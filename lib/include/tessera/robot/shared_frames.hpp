@@ -53,10 +53,10 @@ class SharedFrames {
   /// FrameFinder::step.
   bool step(Instant now) noexcept { return links_.step(now); }
 
-  /// Where this robot's world is in the frame of its global map: the frame in use.
-  [[nodiscard]] const Matrix34d& T_team_world() const noexcept { return placement_.own(); }
+  /// T_team_world of this robot, where its world is in the frame of its global map: in use.
+  [[nodiscard]] const Matrix34d& own_frame() const noexcept { return placement_.own(); }
   /// The same of any robot; null: it is not placed.
-  [[nodiscard]] const Matrix34d* T_team_world(std::uint32_t robot) const noexcept {
+  [[nodiscard]] const Matrix34d* frame_of(std::uint32_t robot) const noexcept {
     return placement_.placed(robot);
   }
   /// Whether this robot's frame is more than its own: given, or others are in it. O(robots).

@@ -133,8 +133,8 @@ class Sharer {
   [[nodiscard]] const SharedFrames* shared_frames() const noexcept { return shared_; }
   /// Where this robot's world is in the frame of the global map; the identity where frames are
   /// given.
-  [[nodiscard]] Matrix34d T_global_world() const noexcept {
-    return shared_ != nullptr ? shared_->T_team_world() : Matrix34d(Matrix34d::Identity());
+  [[nodiscard]] Matrix34d world_frame() const noexcept {
+    return shared_ != nullptr ? shared_->own_frame() : Matrix34d(Matrix34d::Identity());
   }
 
   // --- What others have published ----------------------------------------------------------------

@@ -99,17 +99,17 @@ class LinkMaker {
   [[nodiscard]] PairState* place_for_pair(const TeamPlacement& placement) noexcept;
   /// Robots move submaps as their pose graphs have them: links between worlds follow at once.
   void follow_corrections(const GlobalMap& global) noexcept;
-  [[nodiscard]] bool is_due(const PairState& pair, const Replicas& replicas, const Chosen& own,
-                            Instant now) const noexcept;
+  [[nodiscard]] static bool is_due(const PairState& pair, const Replicas& replicas,
+                                   const Chosen& own, Instant now) noexcept;
   void begin(PairState& pair, const GlobalMap& global, const TeamPlacement& placement,
              const Chosen& own, const Chosen& other) noexcept;
   [[nodiscard]] FrameQuestion question(const PairState& pair,
                                        const TeamPlacement& placement) const noexcept;
   void take(PairState& pair, Instant now) noexcept;
   void accept(PairState& pair) noexcept;
-  void refuse(PairState& pair, FrameVerdict verdict) noexcept;
+  static void refuse(PairState& pair, FrameVerdict verdict) noexcept;
   /// The link of an answer as it is to be stated next.
-  void renew(PairState& pair, FrameLink link) noexcept;
+  static void renew(PairState& pair, FrameLink link) noexcept;
   void state(Exchange& exchange, Instant now) noexcept;
 
   FramesConfig config_{};
