@@ -126,17 +126,9 @@ std::optional<Matrix34d> T_team_world(const FramesState& state, std::uint32_t ro
   return std::nullopt;
 }
 
-bool is_alone(const FramesState& state, std::uint32_t robot) noexcept {
-  for (const FramesState::Robot& one : std::span(state.robots).first(state.robot_count)) {
-    if (one.robot == robot)
-      return one.state == FrameState::kAlone || one.state == FrameState::kWithdrawn ||
-             one.state == FrameState::kContradicted;
-  }
-  return true;
-}
-
 void FramesState::take(const SharedFrames& frames) noexcept {
   mode = frames.config().mode;
+  joined = frames.is_joined();
   report = frames.report();
   robot_count = link_count = pair_count = 0;
   for (const PlacedRobot& one : frames.robots()) {

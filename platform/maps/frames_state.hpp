@@ -52,6 +52,7 @@ struct FramesState {
     double sigma_rad = 0.0;
   };
   FrameMode mode = FrameMode::kGiven;
+  bool joined = false;  ///< SharedFrames::is_joined().
   FramesReport report{};
   std::uint32_t robot_count = 0;
   std::uint32_t link_count = 0;  ///< As many as fit.
@@ -66,8 +67,6 @@ struct FramesState {
 /// The frame in use of a robot; nothing: there is none.
 [[nodiscard]] std::optional<Matrix34d> T_team_world(const FramesState& state,
                                                     std::uint32_t robot) noexcept;
-/// Whether a robot's frame is that of no other one, and nobody gave it.
-[[nodiscard]] bool is_alone(const FramesState& state, std::uint32_t robot) noexcept;
 [[nodiscard]] const char* to_string(FrameState state) noexcept;
 [[nodiscard]] const char* to_string(FrameAnchor anchor) noexcept;
 [[nodiscard]] const char* to_string(LinkVerdict verdict) noexcept;

@@ -48,7 +48,9 @@ void FramesWatch::look(const SharedFrames* frames, std::int64_t now_us, LogQueue
 void FramesWatch::tell(const FramesState::Robot& robot, const FramesState::Robot* before,
                        std::int64_t now_us, LogQueue& log) noexcept {
   const bool was_used = before != nullptr && before->in_use;
-  if (robot.in_use && (!was_used || before->anchor != robot.anchor)) {
+  const bool is_held_alike =
+      was_used && before->anchor == robot.anchor && before->state == robot.state;
+  if (robot.in_use && !is_held_alike) {
     log.say_change(LogLevel::kInfo, now_us, placed_text(robot.state), robot.robot, robot.anchor);
   } else if (was_used && !robot.in_use) {
     log.say_change(LogLevel::kWarning, now_us,

@@ -27,8 +27,7 @@ MapIdentity Node::identity_of(MapKind kind) const {
       // Where links have it by now. A frame that is this robot's alone says nothing to others.
       const FramesState frames = frames_.view();
       const auto T = T_team_world(frames, config_.robot);
-      identity.has_T_global_map =
-          T && (config_.frames == FrameMode::kRefined || !is_alone(frames, config_.robot));
+      identity.has_T_global_map = T && frames.joined;
       if (T) identity.T_global_map = product(*T, setup_.robot.T_global_map);
     }
     settings = settings_of(to_json(config_.map, setup_.map));
