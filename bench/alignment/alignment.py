@@ -19,13 +19,14 @@ sys.path += [str(HERE.parent), str(HERE.parent / "experiments")]
 import fused  # noqa: E402  these need the paths above
 import judging  # noqa: E402
 import negatives  # noqa: E402
+import others  # noqa: E402
 import scenes  # noqa: E402
 import tables  # noqa: E402
 from datasets import inverse  # noqa: E402
 from run import circumstances  # noqa: E402
 from transforms import draw, error, rows_of  # noqa: E402
 
-ROWS = (*scenes.RECORDED, "streets", "negatives", "fused")
+ROWS = (*scenes.RECORDED, "streets", "negatives", "fused", "others")
 LABELLED = "semantickitti_08"
 STREET_BOUNDS = (0.1, 0.2)
 
@@ -95,6 +96,7 @@ def parsed():
     parser.add_argument("--streets", type=int, default=100, help="how many; 100 unless given")
     parser.add_argument("--first-street", type=int, default=1, help="the seed of the first one; 1 unless given")
     parser.add_argument("--fused", type=int, default=10, help="trials of the fused map, by seeds 1 to N; 10 unless given")
+    parser.add_argument("--others", type=int, default=10, help="trials of each scene that PCL's methods do, too; 10 unless given")
     parser.add_argument("--pairs", type=int, default=1000, help="of different places, at most; 1000 unless given")
     parser.add_argument("--python", default="/usr/bin/python3", help="one that has numpy and scipy, for ICP; the system's unless given")
     parser.add_argument("--write-docs", action="store_true")
@@ -119,6 +121,11 @@ def main():
         elif name == "fused":
             if LABELLED in there:
                 found[name] = fused.measure(workshop, scenes.Recorded(workshop, options.data.resolve(), LABELLED), range(1, options.fused + 1))
+        elif name == "others":
+            drives = [scenes.Recorded(workshop, options.data.resolve(), scene) for scene in there if scene in scenes.RECORDED]
+            towns = [scenes.Street(workshop, seed) for seed in street_seeds[:max(2, options.others)]]
+            if (measured := others.measure(workshop, drives, towns, options.python, options.others, STREET_BOUNDS)) is not None:
+                found[name] = measured
         elif name == "negatives":
             found[name] = negatives.measure(workshop, [scenes.Street(workshop, seed) for seed in street_seeds],
                                             [scenes.Recorded(workshop, options.data.resolve(), scene) for scene in there], options.pairs)

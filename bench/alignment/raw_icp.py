@@ -3,6 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """raw_icp.py pcd|kitti SCANS POSES CALIB FIRST LAST FIRST LAST: T_a_b, 16 numbers, that point-to-plane ICP gives between the points of
 two ranges of scans, begun where the poses put them. CALIB need not be there. Needs numpy and scipy.
+raw_icp.py pcd|kitti SCANS POSES CALIB FIRST LAST FILE: writes the points of one range, of cells of 0.1 m, as float32 x, y, z.
 
 It tells by how much the poses of the two halves disagree: an error against these poses cannot fall under that."""
 import pathlib
@@ -91,9 +92,12 @@ def icp(a, b):
 
 def main():
     kind, scans, poses, calib = sys.argv[1], *map(pathlib.Path, sys.argv[2:5])
-    bounds = [int(word) for word in sys.argv[5:9]]
     Tr = numpy.array(read_calibration(calib) or numpy.eye(4))
     in_map = [numpy.linalg.inv(Tr) @ numpy.array(pose) @ Tr for pose in read_poses(poses)]
+    if len(sys.argv) == 8:
+        cloud(kind, scans, in_map, *map(int, sys.argv[5:7]), CELLS_M[1]).astype(numpy.float32).tofile(sys.argv[7])
+        return
+    bounds = [int(word) for word in sys.argv[5:9]]
     a, b = (cloud(kind, scans, in_map, *bounds[2 * half:2 * half + 2], CELLS_M[half]) for half in (0, 1))
     print(*(repr(float(number)) for number in icp(a, b).ravel()))
 

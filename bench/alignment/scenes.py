@@ -11,6 +11,7 @@ from transforms import draw, moved, read_calibration, read_poses, write_poses
 
 RESOLUTION_M = 0.2
 RANGE_M = 40  # of scans of turning scanners
+SCANS = 20  # of each robot in a street
 MAPPED = ["--resolution", RESOLUTION_M, "--memory", "600M"]
 # Folders are below that of the data; halves are (first, last) scan; bounds are m and degrees.
 RECORDED = {
@@ -81,10 +82,19 @@ class Recorded:
         """T_a_b of the maps as they are."""
         return IDENTITY
 
-    def icp_words(self):
+    def scans_words(self):
         kind = "pcd" if self.pcd else "kitti"
-        scans = self.folder / (self.pcd or "velodyne")
-        return [kind, scans, self.poses, self.folder / "calib.txt", *self.halves[0], *self.halves[1]]
+        return [kind, self.folder / (self.pcd or "velodyne"), self.poses, self.folder / "calib.txt"]
+
+    def icp_words(self):
+        return [*self.scans_words(), *self.halves[0], *self.halves[1]]
+
+    def points(self, half, write):
+        """The file of the points that this half was mapped from, in the frame of map(half)."""
+        path = self.out / f"half_{half}.xyz"
+        if not path.exists():
+            write(path, [*self.scans_words(), *self.halves[half]])
+        return path
 
 
 class Street:
@@ -101,9 +111,24 @@ class Street:
     def map(self, robot):
         return self.out / f"m{self.seed}_{robot}.tsm"
 
-    def make(self):
+    def points(self, robot, write):
+        """The file of the points that this robot saw, in the frame of map(robot)."""
+        paths = [self.out / f"m{self.seed}_{each}.xyz" for each in (0, 1)]
+        if not all(path.exists() for path in paths):
+            folder = self.simulate()
+            for each, path in enumerate(paths):
+                there = folder / f"robot_{each}"
+                write(path, ["kitti", there / "velodyne", there / "poses.txt", there / "calib.txt", 0, SCANS - 1])
+            shutil.rmtree(folder)
+        return paths[robot]
+
+    def simulate(self):
         folder = self.out / f"scans_{self.seed}"
-        self.workshop.call("simulate", "--robots", 2, "--scans", 20, "--seed", self.seed, "--out", folder)
+        self.workshop.call("simulate", "--robots", 2, "--scans", SCANS, "--seed", self.seed, "--out", folder)
+        return folder
+
+    def make(self):
+        folder = self.simulate()
         places = [place_of(folder / f"robot_{robot}") for robot in (0, 1)]
         for robot in (0, 1):
             (folder / f"robot_{robot}" / "T_global_map.txt").unlink()

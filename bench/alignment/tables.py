@@ -130,6 +130,26 @@ def alignment_fused(found):
     return table(("frame of the second half", "trials", "mean IoU in exact frames, %", "in found ones, %", "lost, points", "worst"), rows)
 
 
+SAID = {"tessera": "`tessera align`", "icp": "point-to-plane ICP", "gicp": "GICP", "fpfh": "FPFH, sample consensus, GICP"}
+
+
+def alignment_others(found):
+    """Each cell: within bounds, false, median seconds."""
+    if "others" not in found:
+        return None
+    rows = []
+    for row in found["others"]:
+        trials = row["trials"]
+        cells = []
+        for method in SAID:
+            of = [trial[method] for trial in trials]
+            within = sum(trial["within"] for trial in of)
+            cells.append(f"{within}, {sum(trial['right'] for trial in of) - within}, {sum(trial['false'] for trial in of)}; "
+                         f"{spread([trial['cpu_s'] for trial in of])[0]:.1f} s")
+        rows.append((row["title"], len(trials), *cells))
+    return table(("pairs", "trials", *SAID.values()), rows)
+
+
 def alignment_margin(found):
     """How far what was accepted and what was refused lie apart."""
     true = [trial for row in rows_in_order(found) for trial in row["trials"] if trial["accepted"] and not trial["false"]]
@@ -144,7 +164,7 @@ def alignment_margin(found):
 
 
 TABLES = {f.__name__: f for f in (alignment_circumstances, alignment_icp, alignment_found, alignment_errors, alignment_axes, alignment_sigmas,
-                                  alignment_negatives, alignment_reasons, alignment_margin, alignment_fused, alignment_costs)}
+                                  alignment_negatives, alignment_reasons, alignment_margin, alignment_fused, alignment_others, alignment_costs)}
 
 
 def write(found, page):
