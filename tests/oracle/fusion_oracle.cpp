@@ -165,10 +165,12 @@ Eigen::Index leading(const Matrix& counts, Eigen::Index node) {
   return most;
 }
 
-/// Evidence within 2.5 D, the node's own included, of which not two thirds are of other classes.
+/// Evidence within 2.5 D, the node's own included, at most 2 of each, of which not two thirds are of
+/// other classes, or not two fifths of the one that would follow.
 bool keeps_label(const std::vector<Voxel>& nodes, const Matrix& B, Eigen::Index node,
-                 double length) {
+                 Eigen::Index follows, double length) {
   double same = 0.0;
+  double other = 0.0;
   double all = 0.0;
   for (Eigen::Index j = 0; j < B.rows(); ++j) {
     int squared = 0;
@@ -180,10 +182,12 @@ bool keeps_label(const std::vector<Voxel>& nodes, const Matrix& B, Eigen::Index 
       squared += d * d;
     }
     if (!near || std::sqrt(squared) >= 2.5 * length * (1.0 - 1e-6)) continue;
-    same += B(j, leading(B, node));
-    all += B.row(j).sum();
+    const double part = std::min(1.0, 2.0 / B.row(j).sum());
+    same += part * B(j, leading(B, node));
+    other += part * B(j, follows);
+    all += part * B.row(j).sum();
   }
-  return 3.0 * same > all;
+  return 3.0 * same > all || 5.0 * other < 2.0 * all;
 }
 
 /// The kept class and those that are ahead of it share what they have, by the one level at which
@@ -248,7 +252,8 @@ OracleMap fuse(const std::vector<OracleContribution>& contributions, const Diffu
   if (config.mode == DiffusionMode::kContractive) {
     const double length = static_cast<double>(config.length_m) / resolution_m;
     for (Eigen::Index i = 0; i < n; ++i) {
-      if (leading(Z, i) == leading(B, i) || !keeps_label(nodes, B, i, length)) continue;
+      const Eigen::Index leads = leading(Z, i);
+      if (leads == leading(B, i) || !keeps_label(nodes, B, i, leads, length)) continue;
       put_first(Z, i, leading(B, i));
       ++result.kept_labels;
     }

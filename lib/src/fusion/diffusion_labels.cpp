@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Which label a node has after the diffusion.
+#include <algorithm>
 #include <bit>
 
 #include "tessera/base/internal/bits.hpp"
@@ -12,6 +13,8 @@ namespace {
 
 /// What the classes behind lack of the one that is kept.
 constexpr float kBehind = 1.0F / 16.0F;
+/// As how much evidence a witness counts at most: what was seen often does not decide alone.
+constexpr float kHeard = 2.0F;
 
 /// Of equal ones the first is the label.
 bool is_ahead(const float* z, std::size_t lane, std::size_t of) noexcept {
@@ -53,12 +56,15 @@ std::uint64_t DiffusionBrick::nodes_from(const Row& row, std::int32_t x) noexcep
   return shift == 0 || word + 1 == row.size() ? here : here | row[word + 1] << (64 - shift);
 }
 
-/// Whether two thirds of the evidence around a node are of other classes than the one of a lane.
-/// work: the voxels that were looked at are added.
-bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane,
+/// Whether two thirds of the evidence around a node are of other classes than the one of a lane,
+/// and two fifths of one class, a witness's counted up to a limit: what stands thin before many
+/// classes is a minority everywhere, but no other class is the majority there. work: the voxels
+/// that were looked at are added.
+bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane, std::size_t by,
                                  std::uint64_t& work) const noexcept {
   const std::size_t own_row = row_at(v.y, v.z);
   float same = 0.0F;
+  float other = 0.0F;
   float all = 0.0F;
   for (const WitnessRow& row : witnesses_) {
     work += 2 * std::uint64_t{row.width} + 1;
@@ -70,19 +76,24 @@ bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane,
     // Nodes of a row are numbered one after the other.
     std::size_t node = node_of_cell_[first + static_cast<std::size_t>(std::countr_zero(nodes))];
     for (int count = count_ones(nodes); count != 0; --count, ++node) {
-      same += sums_[node * stride_ + lane];
-      all += nodes_[node].sum;
+      const float sum = nodes_[node].sum;
+      const float heard = std::min(sum, kHeard);
+      same += sums_[node * stride_ + lane] / sum * heard;
+      other += sums_[node * stride_ + by] / sum * heard;
+      all += heard;
     }
   }
-  return 3.0F * same <= all;
+  return 3.0F * same <= all && 5.0F * other >= 2.0F * all;
 }
 
 void DiffusionBrick::keep_label(std::size_t at, VoxelCoord v, std::uint64_t& work) noexcept {
   float* const z = result_ + at * stride_;
   const std::size_t own = voices_[at].label;
-  bool changes = false;
-  for (std::size_t lane = 0; lane < lanes_ && !changes; ++lane) changes = is_ahead(z, lane, own);
-  if (changes && !is_outvoted(v, own, work)) put_first(z, own, lanes_);
+  std::size_t leader = own;
+  for (std::size_t lane = 0; lane < lanes_; ++lane) {
+    if (is_ahead(z, lane, leader)) leader = lane;
+  }
+  if (leader != own && !is_outvoted(v, own, leader, work)) put_first(z, own, lanes_);
 }
 
 DiffusionBrick::NodeResult DiffusionBrick::result(VoxelCoord node, std::uint64_t& work) noexcept {

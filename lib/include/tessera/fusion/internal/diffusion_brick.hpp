@@ -95,8 +95,8 @@ class DiffusionBrick {
     float change = 0.0F;       ///< |Z_n - Z_{n-1}|
   };
   /// In the contractive mode its label is that of B, unless two thirds of its witnesses' evidence
-  /// are of other classes. O(classes), or O(witnesses + classes^2) where Z has another label. work:
-  /// witnesses that were heard are added.
+  /// are of other classes, and two fifths of the one that leads in Z. O(classes), or O(witnesses +
+  /// classes^2) where Z has another label. work: witnesses that were heard are added.
   [[nodiscard]] NodeResult result(VoxelCoord node, std::uint64_t& work) noexcept;
   /// Classes of the lanes, ascending.
   [[nodiscard]] std::span<const std::uint8_t> lanes() const noexcept {
@@ -170,7 +170,7 @@ class DiffusionBrick {
   std::uint64_t step(const float* from, float* to, int margin) noexcept;
   [[nodiscard]] static std::uint64_t nodes_from(const Row& row, std::int32_t x) noexcept;
   void keep_label(std::size_t at, VoxelCoord v, std::uint64_t& work) noexcept;
-  [[nodiscard]] bool is_outvoted(VoxelCoord v, std::size_t lane,
+  [[nodiscard]] bool is_outvoted(VoxelCoord v, std::size_t lane, std::size_t by,
                                  std::uint64_t& work) const noexcept;
   void note_changes(const float* before, const float* after, int margin) noexcept;
 
