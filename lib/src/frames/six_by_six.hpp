@@ -4,8 +4,8 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 
+#include "lower_six.hpp"
 #include "tessera/frames/frame_link.hpp"
 
 namespace tessera {
@@ -18,20 +18,7 @@ using SquareOfSix = std::array<double, FrameCovariance::kSize * FrameCovariance:
 /// finite; L is then without meaning.
 [[nodiscard]] inline bool factor_six(const SixBySix& A, SixBySix& L) noexcept {
   constexpr auto at = FrameCovariance::index;
-  for (std::size_t row = 0; row < FrameCovariance::kSize; ++row) {
-    for (std::size_t column = 0; column <= row; ++column) {
-      double rest = A[at(row, column)];
-      for (std::size_t k = 0; k < column; ++k) rest -= L[at(row, k)] * L[at(column, k)];
-      if (row == column) {
-        if (!(rest > 0.0) || !std::isfinite(rest)) return false;
-        L[at(row, row)] = std::sqrt(rest);
-      } else {
-        L[at(row, column)] = rest / L[at(column, column)];
-        if (!std::isfinite(L[at(row, column)])) return false;
-      }
-    }
-  }
-  return true;
+  return factor_lower(A, L, at, [](double rest, double) { return rest > 0.0; });
 }
 
 /// r^T A^-1 r from the factor of A.
@@ -52,17 +39,9 @@ using SquareOfSix = std::array<double, FrameCovariance::kSize * FrameCovariance:
 inline void invert_six(const SixBySix& L, SixBySix& inverse) noexcept {
   constexpr auto at = FrameCovariance::index;
   for (std::size_t column = 0; column < FrameCovariance::kSize; ++column) {
-    Six x{};
-    x[column] = 1.0;
-    for (std::size_t row = column; row < FrameCovariance::kSize; ++row) {
-      for (std::size_t k = column; k < row; ++k) x[row] -= L[at(row, k)] * x[k];
-      x[row] /= L[at(row, row)];
-    }
-    for (std::size_t row = FrameCovariance::kSize; row-- > column;) {
-      for (std::size_t k = row + 1; k < FrameCovariance::kSize; ++k) x[row] -= L[at(k, row)] * x[k];
-      x[row] /= L[at(row, row)];
+    const Six x = inverse_column(L, at, column);
+    for (std::size_t row = column; row < FrameCovariance::kSize; ++row)
       inverse[at(row, column)] = x[row];
-    }
   }
 }
 

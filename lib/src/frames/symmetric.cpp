@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "lower_six.hpp"
+
 namespace tessera {
 
 namespace {
@@ -40,18 +42,8 @@ void turn(std::array<double, 9>& S, std::array<double, 9>& V, std::size_t p,
   }
 }
 
-/// A = L L^T. False iff A is not positive definite to rounding.
-bool factor(const Matrix6& A, Matrix6& L) noexcept {
-  constexpr std::size_t n = 6;
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      double sum = A[n * i + j];
-      for (std::size_t k = 0; k < j; ++k) sum -= L[n * i + k] * L[n * j + k];
-      if (i == j && !(sum > 1e-12 * A[n * i + i])) return false;
-      L[n * i + j] = i == j ? std::sqrt(sum) : sum / L[n * j + j];
-    }
-  }
-  return true;
+constexpr std::size_t place_of_six(std::size_t row, std::size_t column) noexcept {
+  return 6 * row + column;
 }
 
 }  // namespace
@@ -121,21 +113,11 @@ Eigen3 eigen_of(const Symmetric3& S) noexcept {
 
 bool invert(const Matrix6& A, Matrix6& inverse) noexcept {
   Matrix6 L{};
-  if (!factor(A, L)) return false;
-  constexpr std::size_t n = 6;
-  for (std::size_t column = 0; column < n; ++column) {
-    Vector6 x{};
-    for (std::size_t i = 0; i < n; ++i) {
-      double sum = i == column ? 1.0 : 0.0;
-      for (std::size_t k = 0; k < i; ++k) sum -= L[n * i + k] * x[k];
-      x[i] = sum / L[n * i + i];
-    }
-    for (std::size_t i = n; i-- > 0;) {
-      double sum = x[i];
-      for (std::size_t k = i + 1; k < n; ++k) sum -= L[n * k + i] * x[k];
-      x[i] = sum / L[n * i + i];
-    }
-    for (std::size_t i = 0; i < n; ++i) inverse[n * i + column] = x[i];
+  const auto is_pivot = [](double rest, double entry) { return rest > 1e-12 * entry; };
+  if (!factor_lower(A, L, place_of_six, is_pivot)) return false;
+  for (std::size_t column = 0; column < 6; ++column) {
+    const Vector6 x = inverse_column(L, place_of_six, column);
+    for (std::size_t row = 0; row < 6; ++row) inverse[place_of_six(row, column)] = x[row];
   }
   return true;
 }
