@@ -80,12 +80,16 @@ Status read_members(TeamGraph& graph, std::span<const FrameMember> members) noex
   return Status::kOk;
 }
 
-/// kUsed: it is one that may count.
+/// kUsed: it is one that may count. What nobody can decode states nothing, so that it replaces no
+/// link, and contradicts none.
 LinkVerdict first_look(const TeamGraph& graph, const FrameLink& link) noexcept {
   const std::uint32_t from = member_of(graph, link.from);
   const std::uint32_t to = member_of(graph, link.to);
   if (from == graph.robots || to == graph.robots) return LinkVerdict::kNotMember;
-  if (from == to || link.revision == 0) return LinkVerdict::kInvalid;
+  FrameStatement statement;
+  if (from == to || link.revision == 0 || !plausible(link.T_from_to) ||
+      !set_uncertainty(link.covariance, statement))
+    return LinkVerdict::kInvalid;
   // Revisions of another epoch say nothing: a robot that starts anew counts anew.
   if (graph.frames[from].group != link.from_epoch || graph.frames[to].group != link.to_epoch)
     return LinkVerdict::kOtherEpoch;
@@ -121,8 +125,9 @@ LinkVerdict read_link(TeamGraph& graph, const FrameLink& link, std::uint32_t sou
     graph.withdrawn |= std::uint64_t{1} << statement.from | std::uint64_t{1} << statement.to;
     return LinkVerdict::kWithdrawn;
   }
-  if (!plausible(link.T_from_to) || !set_uncertainty(link.covariance, statement))
-    return LinkVerdict::kInvalid;
+  const bool is_valid = set_uncertainty(link.covariance, statement);
+  TESSERA_ASSERT(is_valid);
+  static_cast<void>(is_valid);
   statement.T_from_to = link.T_from_to;
   add_statement(graph, statement);
   return LinkVerdict::kUsed;

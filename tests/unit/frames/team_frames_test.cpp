@@ -141,6 +141,20 @@ TEST_CASE("TeamFrames: links of no members, of other epochs and implausible ones
   scene.links[3].revision = 4;
   scene.links[3].covariance.values[0] = -1.0;
   CHECK(solver.solve(scene).links[3].verdict == LinkVerdict::kInvalid);
+  INFO("what cannot be decoded states nothing: the latest link of those that can counts");
+  CHECK(solver.solve(scene).links[2].verdict == LinkVerdict::kUsed);
+  INFO("it is no second content, not even beside itself");
+  scene.links[3].covariance.values[0] = std::numeric_limits<double>::quiet_NaN();
+  for (const std::uint32_t revision : {4U, 3U}) {
+    scene.links[3].revision = revision;
+    scene.links.push_back(scene.links[3]);
+    const TeamSolution solution = solver.solve(scene);
+    CHECK(solution.links[3].verdict == LinkVerdict::kInvalid);
+    CHECK(solution.links.back().verdict == LinkVerdict::kInvalid);
+    CHECK(solution.links[2].verdict == LinkVerdict::kUsed);
+    CHECK_FALSE(solution.frames[0].suspected);
+    scene.links.pop_back();
+  }
   scene.links[3].to = scene.links[3].from;
   CHECK(solver.solve(scene).links[3].verdict == LinkVerdict::kInvalid);
   scene.links[3].to = 99;

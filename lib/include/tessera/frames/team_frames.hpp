@@ -74,7 +74,7 @@ enum class LinkVerdict : std::uint8_t {
   kWithdrawn,      ///< By its author.
   kNotMember,      ///< One of its robots is not a member.
   kOtherEpoch,     ///< It is about another epoch of one of them than the one that counts.
-  kInvalid,        ///< encode_link would refuse it.
+  kInvalid,        ///< encode_link would refuse it: it is as if it were not there.
   kTwoContents,    ///< Its author stated two contents of one revision.
   kContradicted,   ///< A cycle does not close, and nobody can be named.
   kAuthorRefused,  ///< A cycle does not close, and its author is named for it; or the author is
