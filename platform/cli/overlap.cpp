@@ -21,18 +21,10 @@ bool same_frame(const MapIdentity& a, const MapIdentity& b) {
          a.epoch == b.epoch;
 }
 
-bool is_placed(const MapIdentity& identity) {
-  return identity.has_T_global_map || identity.kind == MapKind::kGlobal;
-}
-
-Matrix34d global_pose(const MapIdentity& identity) {
-  return identity.has_T_global_map ? identity.T_global_map : Matrix34d::Identity();
-}
-
 Matrix34d between(const MapIdentity& to, const MapIdentity& from) {
   // Going through the global frame would round.
   if (same_frame(to, from)) return Matrix34d::Identity();
-  return product(inverse(global_pose(to)), global_pose(from));
+  return product(inverse(to.place()), from.place());
 }
 
 /// Paths of the maps whose frames are not related by a common robot.
@@ -41,8 +33,8 @@ using Placeless = std::set<std::string>;
 void note_unknown_places(const MapIdentity& a, const std::string& path_a, const MapIdentity& b,
                          const std::string& path_b, Placeless& placeless) {
   if (same_frame(a, b)) return;
-  if (!is_placed(a)) placeless.insert(path_a);
-  if (!is_placed(b)) placeless.insert(path_b);
+  if (!a.is_placed()) placeless.insert(path_a);
+  if (!b.is_placed()) placeless.insert(path_b);
 }
 
 }  // namespace

@@ -152,8 +152,8 @@ Outcome<std::vector<FuseInput>> load_submap_inputs(const std::string& path,
     input.path = path;
     input.digest = row.digest;
     input.id = {identity.robot, identity.epoch, row.number};
-    input.placed = identity.has_T_global_map;
-    if (input.placed) input.T_global_map = identity.T_global_map;
+    input.placed = identity.is_placed();
+    input.T_global_map = identity.place();
     input.T_map_submap = *decode_rigid(row.T_map_submap);
     input.stored = std::move(stored);
     inputs.push_back(std::move(input));
@@ -170,8 +170,8 @@ Outcome<FuseInput> to_fuse(std::string name, std::shared_ptr<const StoredMap> st
   std::vector<KeyedIndex> workspace = workspace_for(stored->map);
   input.digest = digest(stored->map, workspace);
   input.id = {identity.robot, identity.epoch, 0};
-  input.placed = identity.has_T_global_map;
-  if (input.placed) input.T_global_map = identity.T_global_map;
+  input.placed = identity.is_placed();
+  input.T_global_map = identity.place();
   input.stored = std::move(stored);
   return input;
 }

@@ -79,8 +79,7 @@ tessera_status tessera_save_map(tessera_robot* robot, uint32_t map, void* worksp
   if (map == TESSERA_LOCAL_MAP) {
     identity.robot = robot->robot->config().exchange.robot;
     identity.epoch = robot->robot->config().epoch;
-    const SharedFrames* const frames = robot->robot->sharer().shared_frames();
-    identity.has_T_global_map = frames == nullptr || frames->is_joined();
+    identity.has_T_global_map = robot->robot->sharer().is_placed();
     identity.T_global_map = frame_of_local(*robot);
   }
   FileOfC file{.write = write, .context = context};

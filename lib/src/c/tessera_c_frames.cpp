@@ -29,6 +29,14 @@ bool is_finder(const tessera_frame_finder* finder) noexcept {
          finder->magic == tessera_frame_finder::kMagic;
 }
 
+/// As MapIdentity::is_placed() and place() of the file that would be saved.
+bool is_placed(const tessera_robot& robot, std::uint32_t map) noexcept {
+  return map != TESSERA_LOCAL_MAP || robot.robot->sharer().is_placed();
+}
+Matrix34d frame_of(const tessera_robot& robot, std::uint32_t map) noexcept {
+  return map == TESSERA_LOCAL_MAP ? frame_of_local(robot) : Matrix34d(Matrix34d::Identity());
+}
+
 tessera_agreement agreement_of(const Agreement& from) noexcept {
   return {.agreed = from.agreed,
           .contradicted = from.contradicted,
@@ -99,8 +107,8 @@ tessera_status tessera_frame_finder_begin(tessera_frame_finder* finder, const te
   std::optional<Matrix34d> guess;
   if (T_a_b_guess != nullptr) guess = matrix_of(T_a_b_guess);
   FrameQuestion question = question_of(guess);
-  if (!guess && map_a == TESSERA_LOCAL_MAP && map_b == TESSERA_LOCAL_MAP)
-    question.T_a_b_guess = between_frames(frame_of_local(*a), frame_of_local(*b));
+  if (!guess && is_placed(*a, map_a) && is_placed(*b, map_b))
+    question.T_a_b_guess = between_frames(frame_of(*a, map_a), frame_of(*b, map_b));
   const Status status = finder->finder.begin(map_of(*a, map_a), map_of(*b, map_b), question);
   if (status != Status::kOk) return status_of(status);
   finder->has_begun = true;

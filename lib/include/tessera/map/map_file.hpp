@@ -43,6 +43,15 @@ struct MapIdentity {
   /// Text about how the map was made (JSON from the command line), not interpreted here.
   std::array<char, kMaxSettings> settings{};
   std::uint32_t settings_bytes = 0;
+
+  /// Whether it is known where the map is: a global map is in the global frame.
+  [[nodiscard]] bool is_placed() const noexcept {
+    return has_T_global_map || kind == MapKind::kGlobal;
+  }
+  /// Where it is, or the identity.
+  [[nodiscard]] Matrix34d place() const noexcept {
+    return has_T_global_map ? T_global_map : Matrix34d(Matrix34d::Identity());
+  }
 };
 
 /// How saving or loading ended. what: a short phrase, static; offset_bytes: where in the file.

@@ -122,13 +122,17 @@ class Sharer {
   /// T_global_map of the submap that is published into.
   [[nodiscard]] const Matrix34d& frame() const noexcept { return frame_; }
 
-  // --- Frames that the team finds
-  // -----------------------------------------------------------------
+  // --- Frames that the team finds ----------------------------------------------------------------
   //
   // Where RobotSettings::frames are not given, frames of submaps above are in a world of this
   // robot's own, which the team places in the frame of the global map: frame_of() and the others
   // are T_world_map then, and what has "global" in its name is in the team's frame.
 
+  /// Whether frame() and the others are in a frame that others know: given, or found by now.
+  /// O(robots).
+  [[nodiscard]] bool is_placed() const noexcept {
+    return shared_ == nullptr || shared_->is_joined();
+  }
   /// Null: frames are given.
   [[nodiscard]] const SharedFrames* shared_frames() const noexcept { return shared_; }
   /// Where this robot's world is in the frame of the global map; the identity where frames are
