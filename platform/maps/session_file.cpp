@@ -61,14 +61,18 @@ Outcome<SessionFile> load_session(const SessionOptions& options) {
   file.session.weight = session_weight(options.weight);
   file.blocks = file.stored->map.blocks_in_order(file.workspace);
   const MapIdentity& identity = file.stored->header.identity;
-  file.placed =
-      !options.frame.empty() || identity.has_T_global_map || identity.kind == MapKind::kGlobal;
+  file.placed = !options.frame.empty() || identity.is_placed();
+  file.T_global_map = identity.place();
   if (!options.frame.empty()) {
     TESSERA_TRY_ASSIGN(file.T_global_map, read_transform(options.frame));
-  } else if (identity.has_T_global_map) {
-    file.T_global_map = identity.T_global_map;
   }
   return file;
+}
+
+Outcome<void> check_frame_of_sessions(const FramesConfig& frames, const SettingName& setting) {
+  if (knows_own_frame(frames)) return {};
+  return Failure{Message("sessions need a robot whose frame is known: ") + setting + " is " +
+                 to_string(frames.mode) + "; leave out the sessions, or give the frame"};
 }
 
 Outcome<void> check_session(const SessionFile& file, const MapConfig& map,

@@ -12,6 +12,7 @@
 #include "maps/stored_map.hpp"
 #include "settings/session_options.hpp"
 #include "tessera/replica/map_session.hpp"
+#include "tessera/robot/frames_config.hpp"
 
 namespace tessera {
 
@@ -33,6 +34,10 @@ Outcome<SessionFile> load_session(const SessionOptions& options);
 /// classes or another weight of free passes, or its frame lies out of the grid.
 Outcome<void> check_session(const SessionFile& file, const MapConfig& map,
                             const ClassTable& classes);
+
+/// Fails with kUsage iff a robot with these frames shares no sessions (knows_own_frame). setting:
+/// the name of frames.
+Outcome<void> check_frame_of_sessions(const FramesConfig& frames, const SettingName& setting);
 
 /// Units of a weight above 0 and at most 1.
 [[nodiscard]] std::uint16_t session_weight(double weight);

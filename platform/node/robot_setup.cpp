@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "maps/held_archive.hpp"
+#include "maps/session_file.hpp"
 #include "node/node_settings.hpp"
 #include "scans/transform_file.hpp"
 #include "settings/sharing_settings.hpp"
@@ -104,12 +105,8 @@ Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanContent& sc
   setup.robot.scan = capacity;
   setup.robot.T_global_map = T_global_map;
   setup.robot.keep_sessions = !config.sessions.empty();
-  const FramesConfig& frames = setup.robot.frames;
-  const bool is_exact = frames.mode == FrameMode::kRefined && !(frames.sigma_m > 0.0);
-  if (!config.sessions.empty() && frames.mode != FrameMode::kGiven && !is_exact)
-    return Failure{Message("[[sessions]] need a robot whose frame is known: ") +
-                   kSharingSettings["fusion.frames"] + " is " + to_string(frames.mode) +
-                   "; leave out the sessions, or give the frame"};
+  if (!config.sessions.empty())
+    TESSERA_TRY(check_frame_of_sessions(setup.robot.frames, kSharingSettings["fusion.frames"]));
   return setup;
 }
 

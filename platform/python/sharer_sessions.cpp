@@ -5,6 +5,8 @@
 
 #include <pybind11/stl.h>
 
+#include "settings/sharing_settings.hpp"
+
 namespace tessera::python {
 
 namespace {
@@ -35,6 +37,7 @@ std::uint32_t load(HeldSharer& sharer, const std::filesystem::path& path, double
                    const std::optional<std::int64_t>& date_s) {
   const GivenSession given = given_session(path, weight, T_global_map, date_s);
   const RobotConfig& config = sharer.config();
+  check(check_frame_of_sessions(config.frames, kSharingSettings["fusion.frames"]));
   const ClassTable classes =
       sharer.change([](const Sharer& s) { return s.global().map().classes(); });
   SessionFile file;

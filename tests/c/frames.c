@@ -229,6 +229,14 @@ static tessera_robot* team_robot(uint32_t number) {
   return robot;
 }
 
+static size_t read_nothing(void* context, uint8_t* into, size_t capacity) {
+  (void)context;
+  (void)into;
+  (void)capacity;
+  CHECK(0);
+  return 0;
+}
+
 /// Robots that know nothing of each other's frame find it while they tick.
 static void test_team(void) {
   static uint8_t datagram[TESSERA_MOST_DATAGRAM_BYTES];
@@ -263,6 +271,10 @@ static void test_team(void) {
       CHECK(fabs(placed.T_team_map[k] - T_a_b[k]) < (k % 4 == 3 ? 0.1 : 0.01));
     CHECK_STATUS(TESSERA_OUT_OF_RANGE, tessera_placed_robot_at(robots[i], 2, &placed));
   }
+  // A map of an earlier day would have no certain place: its file is not even read.
+  uint32_t session = 0;
+  CHECK_STATUS(TESSERA_UNSUPPORTED, tessera_open_session(robots[0], read_nothing, NULL, memory,
+                                                         sizeof(memory), 0.5, 0, NULL, &session));
   CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_placed_robot_at(robots[0], 0, NULL));
   CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_placed_robot_at(NULL, 0, &placed));
   // Frames that are given have nothing to tell.

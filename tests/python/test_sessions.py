@@ -76,6 +76,9 @@ def test_what_cannot_be_a_session(yesterday, tmp_path):
     sharer.load_session(path)
     with pytest.raises(tessera.InputError, match="shared already"):
         sharer.load_session(path)
+    found = tessera.Sharer(wall_at(5.0, 0), fusion_memory_bytes=64 << 20, frames="found")
+    with pytest.raises(tessera.InputError, match="sessions need a robot whose frame is known: frames is found"):
+        found.load_session(path)
     for number in (1, 70000):
         with pytest.raises(tessera.InputError, match=f"session {number} does not exist"):
             sharer.remove_session(number)

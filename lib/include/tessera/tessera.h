@@ -191,7 +191,9 @@ tessera_status tessera_session_bytes(tessera_robot* robot,
 /// until all is published. weight: above 0, at most 1; date_s: of the map; T_global_map: 12
 /// numbers, rows first, or NULL: the identity. Fails as tessera_session_bytes, and with
 /// TESSERA_BUSY iff another one is being published; TESSERA_MISMATCH iff resolution, classes or the
-/// weight of a free pass are not the robot's; TESSERA_UNSUPPORTED iff the file is in submaps;
+/// weight of a free pass are not the robot's; TESSERA_UNSUPPORTED iff the file is in submaps, or
+/// the robot does not know its own frame (frames is TESSERA_FRAMES_FOUND, or TESSERA_FRAMES_REFINED
+/// and not exact), before the file is read;
 /// TESSERA_INVALID_ARGUMENT iff one with its content is shared, or it is no frame;
 /// TESSERA_RESOURCE_EXHAUSTED iff bytes are too few, 8 are shared, 16 were opened, or there is no
 /// place for a contribution. O(file).
@@ -225,9 +227,9 @@ tessera_status tessera_frame_finder_make(void* memory, uint64_t bytes,
 /// be worked on until a step says TESSERA_FRAME_SEARCHING or TESSERA_FRAME_DONE; with a window or
 /// in submaps, what is in memory counts. T_a_b_guess: 12 numbers, rows first: within 10 m in x and
 /// y, 3 m in z and 20 degrees; or NULL: any heading, within 72 m in x and y and 12 m in z of where
-/// the frames put local maps, else of the identity. Fails, and an earlier search goes on, with
-/// TESSERA_BUSY iff a global map is not settled; TESSERA_INVALID_ARGUMENT iff the guess is not
-/// rigid.
+/// the frames put the maps, if those are known of both, else of the identity. Fails, and an earlier
+/// search goes on, with TESSERA_BUSY iff a global map is not settled; TESSERA_INVALID_ARGUMENT iff
+/// the guess is not rigid.
 tessera_status tessera_frame_finder_begin(tessera_frame_finder* finder, const tessera_robot* a,
                                           uint32_t map_a, const tessera_robot* b, uint32_t map_b,
                                           const double* T_a_b_guess);

@@ -66,6 +66,7 @@ tessera_status tessera_open_session(tessera_robot* robot,
       !(weight > 0.0 && weight <= 1.0))
     return TESSERA_INVALID_ARGUMENT;
   if (robot->session != nullptr) return TESSERA_BUSY;
+  if (!knows_own_frame(robot->robot->config().frames)) return TESSERA_UNSUPPORTED;
   FileOfC file{.read = read, .context = context};
   const ByteSource source{&file, &FileOfC::read_bytes};
   const MapFileStatus header = load_header(source, robot->buffer, robot->header);

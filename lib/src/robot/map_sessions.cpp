@@ -10,7 +10,8 @@
 namespace tessera {
 
 Result<MapSessions> MapSessions::make(Arena& arena, Exchange& exchange, const GlobalMap& global,
-                                      int num_components, bool keep_earlier) noexcept {
+                                      int num_components, bool keep_earlier,
+                                      bool has_frame) noexcept {
   MapSessions made;
   const Result<BlockContent> content = BlockContent::make(arena, num_components);
   if (!content.ok()) return content.status();
@@ -18,6 +19,7 @@ Result<MapSessions> MapSessions::make(Arena& arena, Exchange& exchange, const Gl
   made.exchange_ = &exchange;
   made.global_ = &global;
   made.keep_earlier_ = keep_earlier;
+  made.has_frame_ = has_frame;
   return made;
 }
 
@@ -30,6 +32,7 @@ MapSessions::Session* MapSessions::find(std::uint32_t submap) noexcept {
 
 Result<std::uint32_t> MapSessions::open(const LocalMap& map, const MapSession& session,
                                         const Matrix34d& T_global_map) noexcept {
+  if (!has_frame_) return Status::kUnsupported;
   const MapConfig& own = global_->config().map;
   if (map.config().resolution_m != own.resolution_m ||
       map.config().free_weight != own.free_weight || !(map.classes() == global_->map().classes()))

@@ -35,8 +35,8 @@ Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable&
   }
   status = exchange_.open(config.epoch, config.first_submap, config.T_global_map);
   if (status != Status::kOk) return status;
-  const Result<MapSessions> sessions =
-      MapSessions::make(arena, exchange_, global_, components, config.keep_sessions);
+  const Result<MapSessions> sessions = MapSessions::make(
+      arena, exchange_, global_, components, config.keep_sessions, knows_own_frame(config.frames));
   if (!sessions.ok()) return sessions.status();
   sessions_ = *sessions;
   if (!config.keep_sessions) sessions_.end_earlier();

@@ -232,6 +232,20 @@ TEST_CASE("Session: what cannot be one is refused, and nothing is published of i
   CHECK(open(yesterday.map(), session) == Status::kResourceExhausted);
 }
 
+TEST_CASE("Session: a robot that does not know its own frame exactly shares none") {
+  const Yesterday yesterday(4);
+  const auto open = [&](const FramesConfig& frames) {
+    RobotConfig config = session_config(1);
+    config.frames = frames;
+    Member one(config, false);
+    return one.sessions().open(yesterday.map(), yesterday.session, Matrix34d::Identity()).status();
+  };
+  CHECK(open({.mode = FrameMode::kGiven}) == Status::kOk);
+  CHECK(open({.mode = FrameMode::kRefined, .sigma_m = 0.0, .sigma_rad = 0.0}) == Status::kOk);
+  CHECK(open({.mode = FrameMode::kRefined}) == Status::kUnsupported);
+  CHECK(open({.mode = FrameMode::kFound}) == Status::kUnsupported);
+}
+
 TEST_CASE("Session: blocks without room are counted, and the robot's own map is not harmed") {
   const Yesterday yesterday(4);
   RobotConfig config = session_config(1);

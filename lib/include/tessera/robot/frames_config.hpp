@@ -43,6 +43,13 @@ struct FramesConfig {
          config.most_robots >= 1 && config.most_robots <= TeamFrames::kMostRobots;
 }
 
+/// Whether this robot knows exactly where its own world is: a map of an earlier day has a place
+/// there. A frame that is found may be rebased, and such a map would not go along.
+[[nodiscard]] constexpr bool knows_own_frame(const FramesConfig& config) noexcept {
+  return config.mode == FrameMode::kGiven ||
+         (config.mode == FrameMode::kRefined && !(config.sigma_m > 0.0));
+}
+
 /// What has happened to frames in use. Counters never decrease.
 struct FramesReport {
   std::uint64_t solved = 0;       ///< Times that the team's frames were computed.

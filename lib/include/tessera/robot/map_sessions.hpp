@@ -39,20 +39,21 @@ class MapSessions {
     return BlockContent::required_bytes(num_components);
   }
   /// exchange and global must outlive it. keep_earlier: sessions of this robot's epochs before
-  /// count until end_earlier(); else they end now. Fails with kResourceExhausted iff the arena is
-  /// too small.
+  /// count until end_earlier(); else they end now. has_frame: knows_own_frame; without, no session
+  /// is opened. Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<MapSessions> make(Arena& arena, Exchange& exchange,
                                                 const GlobalMap& global, int num_components,
-                                                bool keep_earlier) noexcept;
+                                                bool keep_earlier, bool has_frame) noexcept;
   /// Unusable until one from make() is assigned.
   MapSessions() noexcept = default;
 
   /// Shares a map from now on. map: all of it, with its digest in session; T_global_map: where it
   /// lies. Returns its number. Fails with kMismatch iff its resolution, classes or the weight of
-  /// its free passes are not the robot's; kInvalidArgument iff it is no frame, the weight is 0 or
-  /// above MapSession::kFullWeight, or there is one with this digest; kResourceExhausted iff there
-  /// are kMost, MapSession::kPlacesOfRobot were opened in this epoch, or there is no place for
-  /// another contribution. O(contributions).
+  /// its free passes are not the robot's; kUnsupported iff the robot does not know its own frame
+  /// (knows_own_frame); kInvalidArgument iff it is no frame, the weight is 0 or above
+  /// MapSession::kFullWeight, or there is one with this digest; kResourceExhausted iff there are
+  /// kMost, MapSession::kPlacesOfRobot were opened in this epoch, or there is no place for another
+  /// contribution. O(contributions).
   [[nodiscard]] Result<std::uint32_t> open(const LocalMap& map, const MapSession& session,
                                            const Matrix34d& T_global_map) noexcept;
   /// Publishes blocks of it, from the one at `first` on, at most `count`. blocks: all of the map,
@@ -96,6 +97,7 @@ class MapSessions {
   std::uint32_t opened_ = 0;  ///< In this epoch.
   std::uint64_t refused_blocks_ = 0;
   bool keep_earlier_ = false;
+  bool has_frame_ = true;
 };
 
 }  // namespace tessera
