@@ -14,6 +14,7 @@
 #include <unordered_set>
 
 #include "maps/scores.hpp"
+#include "refinement.hpp"
 #include "resampling.hpp"
 #include "teams.hpp"
 #include "tessera/base/rigid.hpp"
@@ -29,6 +30,7 @@ struct FrameOptions {
   double resolution_m = 0.1;
   double max_range_m = 0.0;
   bool ways = false;
+  bool refinement = false;
 };
 
 using Voxels = std::unordered_set<std::uint64_t>;
@@ -263,8 +265,15 @@ int main(int argc, char** argv) {
   app.add_option("--resolution", options.resolution_m);
   app.add_option("--max-range", options.max_range_m, "Metres; 0: no limit");
   app.add_flag("--ways", options.ways, "Other ways to resample, too");
+  app.add_flag("--refinement", options.refinement,
+               "Instead: what finding the frame between both halves of the scans costs, and "
+               "finding it anew when some blocks have changed");
   CLI11_PARSE(app, argc, argv);
-  const tessera::Outcome<void> done = tessera::bench::answer(options);
+  const tessera::Outcome<void> done =
+      options.refinement
+          ? tessera::bench::measure_refinement({options.dataset, options.first, options.last,
+                                                options.resolution_m, options.max_range_m})
+          : tessera::bench::answer(options);
   if (done.ok()) return 0;
   std::fprintf(stderr, "%s\n", done.failure().text().c_str());
   return 1;

@@ -78,10 +78,15 @@ Columns::Column* Columns::column_at(const Point3d& p_level) noexcept {
   return &columns_[static_cast<std::size_t>(y) * kEdge + static_cast<std::size_t>(x)];
 }
 
-void Columns::draw(const MapSketch& sketch, const Level& level) noexcept {
+double Columns::width_of(const MapSketch& sketch) noexcept {
   constexpr double kLeastWidth_m = 0.79;  // so that 192 shifts are 75 m both ways
-  width_m_ = sketch.cell_m();
-  while (width_m_ < kLeastWidth_m) width_m_ += sketch.cell_m();
+  double width_m = sketch.cell_m();
+  while (width_m < kLeastWidth_m) width_m += sketch.cell_m();
+  return width_m;
+}
+
+void Columns::draw(const MapSketch& sketch, const Level& level) noexcept {
+  width_m_ = width_of(sketch);
   for (Column& column : columns_) column = Column{};
   constexpr double kMostHeight_m = 1000.0;
   for (std::uint32_t i = 0; i < sketch.surface_count(); ++i) {

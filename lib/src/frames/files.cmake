@@ -37,6 +37,7 @@ target_sources(tessera
     src/frames/frame_statements.cpp
     src/frames/loop_trials.cpp
     src/frames/map_sketch.cpp
+    src/frames/map_sketch_cells.cpp
     src/frames/overlap_check.cpp
     src/frames/place_fit.cpp
     src/frames/replica_sketch_source.cpp

@@ -38,9 +38,10 @@ const char* to_string(FrameVerdict verdict) noexcept {
 }
 
 Result<FrameFinder> FrameFinder::make(Arena& arena) noexcept {
-  FrameFinder result;
-  if (const Status status = make_at(result, arena); status != Status::kOk) return status;
-  return result;
+  // One variable is returned, so that it is where the caller wants it, and not on the stack twice.
+  Result<FrameFinder> made = FrameFinder();
+  if (const Status status = make_at(*made, arena); status != Status::kOk) made = status;
+  return made;
 }
 
 Status FrameFinder::make_at(FrameFinder& place, Arena& arena) noexcept {
@@ -67,11 +68,11 @@ Status FrameFinder::begin(const SketchSource& a, const SketchSource& b,
     const double t = question.T_a_b_guess(axis, 3);
     return t <= kFarthest_m && t >= -kFarthest_m;
   };
-  const bool is_valid = check_rigid(question.T_a_b_guess) == Status::kOk && is_near(0) &&
-                        is_near(1) && is_near(2) && is_length(question.reach_m) &&
-                        is_length(question.reach_z_m) &&
-                        question.reach_z_m <= FrameQuestion::kMostReachZ_m &&
-                        question.yaw_steps >= 0 && is_source(a) && is_source(b);
+  const bool is_valid =
+      check_rigid(question.T_a_b_guess) == Status::kOk && is_near(0) && is_near(1) && is_near(2) &&
+      is_length(question.reach_m) && is_length(question.reach_z_m) &&
+      question.reach_z_m <= FrameQuestion::kMostReachZ_m && question.yaw_steps >= 0 &&
+      (question.is_guess || !question.is_refinement) && is_source(a) && is_source(b);
   if (!is_valid) return Status::kInvalidArgument;
   source_a_ = a;
   source_b_ = b;
@@ -80,8 +81,8 @@ Status FrameFinder::begin(const SketchSource& a, const SketchSource& b,
   answer_.T_a_b = question.T_a_b_guess;
   finalist_count_ = 0;
   steps_ = 0;
-  a_.begin(a.resolution_m);
-  b_.begin(b.resolution_m);
+  if (!a.keeps) a_.begin(a.resolution_m);
+  if (!b.keeps) b_.begin(b.resolution_m);
   cursor_ = {};
   phase_ = Phase::kTakeA;
   return Status::kOk;
@@ -107,6 +108,7 @@ bool FrameFinder::step() noexcept {
       b_.finish(scratch_);
       level_b_ = level_of(b_);
       phase_ = Phase::kMoved;
+      if (question_.is_refinement) begin_refinement();
       break;
     case Phase::kMoved:
       columns_.draw(b_, level_b_);
@@ -156,11 +158,45 @@ void FrameFinder::begin_guess() noexcept {
   phase_ = Phase::kGuess;
 }
 
+int FrameFinder::headings() const noexcept {
+  const bool is_narrow = question_.is_guess && question_.yaw_steps < YawSearch::kYaws / 2;
+  return is_narrow ? 2 * question_.yaw_steps + 1 : YawSearch::kYaws;
+}
+
+std::uint32_t FrameFinder::percent() const noexcept {
+  const auto between = [this](std::uint32_t first, std::uint32_t last, std::size_t count) {
+    const auto at = static_cast<std::size_t>(at_ > 0 ? at_ : 0);
+    return first + static_cast<std::uint32_t>((last - first) * at / (count == 0 ? 1 : count));
+  };
+  switch (phase_) {
+    case Phase::kTakeA:
+      return 0;
+    case Phase::kTakeB:
+      return 15;
+    case Phase::kFinishA:
+    case Phase::kFinishB:
+    case Phase::kMoved:
+    case Phase::kFixed:
+    case Phase::kGuess:
+      return 30;
+    case Phase::kYaw:
+      return between(35, 55, static_cast<std::size_t>(headings()));
+    case Phase::kRank:
+      return between(55, 75, search_.candidates().size());
+    case Phase::kRival:
+      return between(75, 85, rival_count_ * kStarts);
+    case Phase::kFit:
+      return between(85, 95, finalist_count_);
+    case Phase::kPolish:
+      return 95;
+    case Phase::kDone:
+      break;
+  }
+  return 100;
+}
+
 void FrameFinder::try_heading() noexcept {
   // 0, 1, -1, 2, -2 ... so that a step is tried once.
-  constexpr int kHalf = YawSearch::kYaws / 2;
-  const bool is_narrow = question_.is_guess && question_.yaw_steps < kHalf;
-  const int count = is_narrow ? 2 * question_.yaw_steps + 1 : YawSearch::kYaws;
   const int turn = at_ % 2 == 1 ? (at_ + 1) / 2 : -(at_ / 2);
   const int step = (turn + YawSearch::kYaws) % YawSearch::kYaws;
   const std::array<double, 2> by = YawSearch::direction(step);
@@ -168,7 +204,7 @@ void FrameFinder::try_heading() noexcept {
                                       heading_[1] * by[0] + heading_[0] * by[1]};
   const Point3d middle = middle_at(heading);
   search_.try_heading({heading[0], heading[1], middle.x(), middle.y(), step, 0});
-  if (++at_ < count) return;
+  if (++at_ < headings()) return;
   at_ = -1;
   phase_ = Phase::kRank;
   begin_next();

@@ -47,6 +47,7 @@ constexpr std::array<Round, 8> kFitRounds{{{1.2, 0.1},
                                            {0.8, 0.05}}};
 constexpr std::array<Round, 6> kPolishRounds{
     {{0.8, 0.04}, {0.8, 0.04}, {0.8, 0.04}, {0.8, 0.04}, {0.8, 0.04}, {0.8, 0.04}}};
+constexpr std::array<Round, 4> kRefineRounds{{{0.8, 0.05}, {0.8, 0.04}, {0.8, 0.04}, {0.8, 0.04}}};
 
 }  // namespace
 
@@ -158,6 +159,12 @@ void FrameFinder::begin_best() noexcept {
   phase_ = Phase::kPolish;
 }
 
+void FrameFinder::begin_refinement() noexcept {
+  fit_.begin(a_, b_, question_.T_a_b_guess, level_b_.origin_map,
+             {kRefineRounds, kCheckedSurfaces, kCheckedSurfaces});
+  phase_ = Phase::kPolish;
+}
+
 void FrameFinder::choose_rivals() noexcept {
   // The best is one of them: it too may have ended a column beside.
   rival_count_ = 0;
@@ -255,7 +262,7 @@ bool FrameFinder::is_in_reach() const noexcept {
   const auto is_within = [](double value, double reach_m) {
     return value <= reach_m && value >= -reach_m;
   };
-  const double reach_m = question_.reach_m + columns_.width_m();
+  const double reach_m = question_.reach_m + Columns::width_of(a_);
   return is_within(off.x(), reach_m) && is_within(off.y(), reach_m) &&
          is_within(off.z(), question_.reach_z_m + 1.0);
 }

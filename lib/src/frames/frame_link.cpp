@@ -84,6 +84,20 @@ Result<FrameLink> decode_link(std::span<const std::byte> bytes) noexcept {
   return link;
 }
 
+LinkMotion motion_between(const FrameLink& before, const FrameLink& after) noexcept {
+  const Point3d p_to = apply(inverse(after.T_from_to), after.covariance.about_a);
+  const Point3d there = apply(before.T_from_to, p_to);
+  const Matrix34d turn = product(inverse(before.T_from_to), after.T_from_to);
+  double squares = 0.0;  // |R - I|^2 is 8 sin^2(a / 2)
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      const double off = turn(row, column) - (row == column ? 1.0 : 0.0);
+      squares += off * off;
+    }
+  }
+  return {norm(Point3d(after.covariance.about_a - there)), std::sqrt(squares / 2.0)};
+}
+
 Result<FrameLink> round_link(const FrameLink& link) noexcept {
   std::array<std::byte, FrameLink::kBytes> bytes{};
   const Status status = encode_link(link, bytes);

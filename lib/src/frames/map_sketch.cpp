@@ -5,8 +5,6 @@
 #include <bit>
 #include <cmath>
 
-#include "tessera/base/internal/digest.hpp"
-
 namespace tessera {
 
 namespace {
@@ -15,11 +13,6 @@ constexpr std::array<std::size_t, 6> kFirst{0, 0, 0, 1, 1, 2};
 constexpr std::array<std::size_t, 6> kSecond{0, 1, 2, 1, 2, 2};
 /// Places in voxels are summed up in this share of a voxel, as whole numbers.
 constexpr std::int64_t kSteps = std::int64_t{2} * Centroid::kLevels;
-
-/// Whether a key is among the one in 2^levels that are kept.
-constexpr bool is_kept(std::uint64_t key, unsigned levels) noexcept {
-  return (mix64(key + 1) & ((std::uint64_t{1} << levels) - 1)) == 0;
-}
 
 MapSketch::Kind kind_of(const Symmetric3& spread, const Eigen3& eigen, std::uint32_t voxels,
                         double cell_m) noexcept {
@@ -136,13 +129,21 @@ void MapSketch::begin(double resolution_m) noexcept {
   cell_m_ = resolution_m * kPartsEdge * voxels_part_;
   surface_count_ = free_count_ = 0;
   surface_levels_ = free_levels_ = 0;
+  surface_hashes_ = free_hashes_ = {};
+  owner_ = {};
+  has_forgotten_ = is_finished_ = false;
 }
 
-void MapSketch::add(const LocalMap& map, SlabHandle handle) noexcept {
+MapSketch::BlockCells MapSketch::add(const LocalMap& map, SlabHandle handle) noexcept {
   const Block& block = map.block_at(handle);
   const BlockCoord at = unpack(BlockKey{block.key});
-  const int voxels_cell = kPartsEdge * voxels_part_;
-  const int cells_edge = kBlockEdge / voxels_cell;
+  const int part_shift = voxels_part_ - 1;  // a part is one voxel wide or two
+  const int cell_shift = part_shift + 2;
+  const int edge = cells_edge();
+  const auto within = [&](VoxelCoord voxel, int shift, int mask) {
+    return VoxelCoord{(voxel.x >> shift) & mask, (voxel.y >> shift) & mask,
+                      (voxel.z >> shift) & mask};
+  };
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): all are initialised
   std::array<CellSums, 8> cells{};
   for (int octet = 0; octet < kBlockOctets; ++octet) {
@@ -151,33 +152,39 @@ void MapSketch::add(const LocalMap& map, SlabHandle handle) noexcept {
     for (int v = 0; v < kOctetVoxels; ++v) {
       const bool has_labels = ((labelled >> static_cast<unsigned>(v)) & 1U) != 0;
       if (!has_labels && map.free_passes(block, octet, v) == 0) continue;
-      const Estimate estimate = map.query(block, voxel_at(at, octet, v));
-      if (map.classes().moves(estimate.label)) continue;
+      const VoxelCoord voxel = voxel_at(at, octet, v);
+      Estimate estimate;
+      // By far the most are free space without labels, of which the passes tell the state.
+      estimate.state = has_labels ? VoxelState::kOccupied : map.state(block, voxel);
+      if (estimate.state == VoxelState::kOccupied) estimate = map.query(block, voxel);
+      if (estimate.state == VoxelState::kUnknown || map.classes().moves(estimate.label)) continue;
       const VoxelCoord in_block = voxel_at({0, 0, 0}, octet, v);
-      const VoxelCoord cell{in_block.x / voxels_cell, in_block.y / voxels_cell,
-                            in_block.z / voxels_cell};
-      const VoxelCoord local{in_block.x % voxels_cell, in_block.y % voxels_cell,
-                             in_block.z % voxels_cell};
-      const int part =
-          local.x / voxels_part_ +
-          kPartsEdge * (local.y / voxels_part_ + kPartsEdge * (local.z / voxels_part_));
-      cells[static_cast<std::size_t>(cell.x + cells_edge * (cell.y + cells_edge * cell.z))].add(
-          estimate, local, centroids[static_cast<std::size_t>(v)],
-          std::uint64_t{1} << static_cast<unsigned>(part));
+      const VoxelCoord cell = within(in_block, cell_shift, 7);
+      const VoxelCoord part = within(in_block, part_shift, kPartsEdge - 1);
+      cells[static_cast<std::size_t>(cell.x + edge * (cell.y + edge * cell.z))].add(
+          estimate, within(in_block, 0, (kPartsEdge << part_shift) - 1),
+          centroids[static_cast<std::size_t>(v)],
+          std::uint64_t{1} << static_cast<unsigned>(part.x +
+                                                    kPartsEdge * (part.y + kPartsEdge * part.z)));
     }
   }
-  for (int n = 0; n < cells_edge * cells_edge * cells_edge; ++n) {
-    add_cell(cells[static_cast<std::size_t>(n)],
-             {at.x * cells_edge + n % cells_edge, at.y * cells_edge + n / cells_edge % cells_edge,
-              at.z * cells_edge + n / (cells_edge * cells_edge)});
+  BlockCells kinds = 0;
+  for (int n = 0; n < edge * edge * edge; ++n) {
+    const CellKind kind = add_cell(cells[static_cast<std::size_t>(n)], cell_of_block(at, n, edge));
+    kinds = static_cast<BlockCells>(kinds | static_cast<unsigned>(kind) << (2 * n));
   }
+  is_finished_ = false;
+  return kinds;
 }
 
-void MapSketch::add_cell(const CellSums& sums, VoxelCoord cell) noexcept {
+MapSketch::CellKind MapSketch::add_cell(const CellSums& sums, VoxelCoord cell) noexcept {
   const Result<BlockKey> key = pack({cell.x, cell.y, cell.z});
-  if (!key.ok() || (sums.occupied | sums.free) == 0) return;
+  if (!key.ok() || (sums.occupied | sums.free) == 0) return CellKind::kNone;
   const std::uint64_t free = sums.free & ~sums.occupied;
-  if (sums.occupied == 0) return keep_free({key->bits, free});
+  if (sums.occupied == 0) {
+    keep_free({key->bits, free});
+    return CellKind::kFree;
+  }
   constexpr std::uint32_t kLeastReturns = 3;
   const bool is_known = sums.returns.count >= kLeastReturns;
   const CellSums::Moments& moments = is_known ? sums.returns : sums.all;
@@ -209,79 +216,7 @@ void MapSketch::add_cell(const CellSums& sums, VoxelCoord cell) noexcept {
       surface.label = static_cast<std::uint8_t>(label);
   }
   keep_surface(surface);
-}
-
-void MapSketch::keep_surface(const Surface& surface) noexcept {
-  if (!is_kept(surface.key, surface_levels_)) return;
-  while (surface_count_ == kMostSurfaces) {
-    ++surface_levels_;
-    std::uint32_t kept = 0;
-    for (std::uint32_t i = 0; i < surface_count_; ++i) {
-      if (is_kept(surfaces_[i].key, surface_levels_)) surfaces_[kept++] = surfaces_[i];
-    }
-    surface_count_ = kept;
-    if (!is_kept(surface.key, surface_levels_)) return;
-  }
-  surfaces_[surface_count_++] = surface;
-}
-
-void MapSketch::keep_free(const FreeCell& cell) noexcept {
-  if (!is_kept(cell.key, free_levels_)) return;
-  while (free_count_ == kMostFreeCells) {
-    ++free_levels_;
-    std::uint32_t kept = 0;
-    for (std::uint32_t i = 0; i < free_count_; ++i) {
-      if (is_kept(free_cells_[i].key, free_levels_)) free_cells_[kept++] = free_cells_[i];
-    }
-    free_count_ = kept;
-    if (!is_kept(cell.key, free_levels_)) return;
-  }
-  free_cells_[free_count_++] = cell;
-}
-
-void MapSketch::finish(std::span<KeyedIndex> scratch) noexcept {
-  TESSERA_ASSERT(scratch.size() >= kScratch);
-  const std::span<KeyedIndex> items = scratch.first(surface_count_);
-  for (std::uint32_t i = 0; i < surface_count_; ++i) items[i] = {surfaces_[i].key, i};
-  radix_sort(items, scratch.subspan(kMostSurfaces));
-  for (std::uint32_t& entry : table_) entry = 0;
-  for (std::uint32_t i = 0; i < surface_count_; ++i) {
-    order_[i] = items[i].index;
-    enter(items[i].key, items[i].index + 1);
-  }
-  for (std::uint32_t i = 0; i < free_count_; ++i) enter(free_cells_[i].key, kFreeBit | (i + 1));
-}
-
-void MapSketch::enter(std::uint64_t key, std::uint32_t entry) noexcept {
-  auto place = static_cast<std::uint32_t>(mix64(key) >> 32U) % kBuckets;
-  while (table_[place] != 0) place = (place + 1) % kBuckets;
-  table_[place] = entry;
-}
-
-std::uint32_t MapSketch::entry_of(VoxelCoord cell) const noexcept {
-  const Result<BlockKey> key = pack({cell.x, cell.y, cell.z});
-  if (!key.ok()) return 0;
-  auto place = static_cast<std::uint32_t>(mix64(key->bits) >> 32U) % kBuckets;
-  for (std::uint32_t entry = table_[place]; entry != 0; entry = table_[place]) {
-    const std::uint64_t found = (entry & kFreeBit) != 0 ? free_cells_[(entry & ~kFreeBit) - 1].key
-                                                        : surfaces_[entry - 1].key;
-    if (found == key->bits) return entry;
-    place = (place + 1) % kBuckets;
-  }
-  return 0;
-}
-
-const MapSketch::Surface* MapSketch::find_surface(VoxelCoord cell) const noexcept {
-  const std::uint32_t entry = entry_of(cell);
-  return entry == 0 || (entry & kFreeBit) != 0 ? nullptr : &surfaces_[entry - 1];
-}
-
-MapSketch::Parts MapSketch::parts(VoxelCoord cell) const noexcept {
-  const std::uint32_t entry = entry_of(cell);
-  if (entry == 0) return {};
-  if ((entry & kFreeBit) != 0) return {0, free_cells_[(entry & ~kFreeBit) - 1].free, nullptr};
-  const Surface& surface = surfaces_[entry - 1];
-  return {surface.occupied, surface.free, &surface};
+  return CellKind::kSurface;
 }
 
 }  // namespace tessera

@@ -13,25 +13,6 @@ namespace tessera {
 
 namespace {
 
-/// How far one link is from another, at the middle of what the second was measured from.
-struct LinkMotion {
-  double shift_m = 0.0;
-  double chord_rad = 0.0;
-};
-LinkMotion motion_between(const FrameLink& before, const FrameLink& after) noexcept {
-  const Point3d p_to = apply(inverse(after.T_from_to), after.covariance.about_a);
-  const Point3d there = apply(before.T_from_to, p_to);
-  const Matrix34d turn = product(inverse(before.T_from_to), after.T_from_to);
-  double squares = 0.0;  // |R - I|^2 is 8 sin^2(a / 2)
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      const double off = turn(row, column) - (row == column ? 1.0 : 0.0);
-      squares += off * off;
-    }
-  }
-  return {norm(Point3d(after.covariance.about_a - there)), std::sqrt(squares / 2.0)};
-}
-
 /// More is known than before: a tenth, and at least a little.
 bool has_grown(std::uint64_t segments, std::uint64_t before) noexcept {
   constexpr std::uint64_t kLittle = 16;
@@ -102,7 +83,7 @@ bool LinkMaker::is_due(const PairState& pair, const Replicas& replicas, const Ch
   if (now < pair.due || (pair.waits && !pair.no_room)) return false;
   const std::optional<Chosen> other = choose(replicas, pair.robot, pair.epoch);
   if (!other || other->blocks < kLeastBlocks || own.blocks < kLeastBlocks) return false;
-  return pair.attempts == 0 ||
+  return pair.attempts == 0 || pair.in_doubt ||
          has_grown(std::uint64_t{own.segments} + other->segments, pair.compared);
 }
 
@@ -149,7 +130,10 @@ FrameQuestion LinkMaker::question(const PairState& pair,
   const auto between_maps = [&](const Matrix34d& T_world_a_world_b) {
     return product(product(inverse(T_world_a_), T_world_a_world_b), T_world_b_);
   };
-  if (pair.stated) return question_near(between_maps(pair.link.T_from_to), kNearGiven);
+  if (pair.stated) {
+    const Matrix34d T_a_b = between_maps(pair.link.T_from_to);
+    return refines_ ? refinement_of(T_a_b) : question_near(T_a_b, kNearGiven);
+  }
   // Every other time anywhere: what others say, or the frames given, may be wrong.
   const bool is_near = pair.attempts % 2 == 1;
   const Matrix34d* const T_team_b = placement.placed(pair.robot);
@@ -163,6 +147,11 @@ FrameQuestion LinkMaker::question(const PairState& pair,
   return anywhere;
 }
 
+bool LinkMaker::is_refined(const PairState& pair) const noexcept {
+  return pair.stated && !pair.in_doubt && pair.compared < kSearchGrowth * pair.searched &&
+         pair.own_id == own_.id && pair.other_id == other_.id;
+}
+
 void LinkMaker::begin(PairState& pair, const GlobalMap& global, const TeamPlacement& placement,
                       const Chosen& own, const Chosen& other) noexcept {
   own_ = own;
@@ -173,6 +162,7 @@ void LinkMaker::begin(PairState& pair, const GlobalMap& global, const TeamPlacem
   T_world_b_ = replicas.contribution(other.slot).T_world_local.in_metres(resolution_m);
   pair.compared = std::uint64_t{own.segments} + other.segments;
   ++pair.attempts;
+  refines_ = is_refined(pair);
   Status status = source_a_.begin(replicas, own.slot);
   if (status == Status::kOk) status = source_b_.begin(replicas, other.slot);
   if (status == Status::kOk)
@@ -198,12 +188,20 @@ bool LinkMaker::step(Instant now) noexcept {
 
 void LinkMaker::take(PairState& pair, Instant now) noexcept {
   const FrameAnswer& answer = finder_.answer();
+  const bool is_found = answer.verdict == FrameVerdict::kFound;
+  pair.in_doubt = refines_ && !(is_found && is_where_stated(pair));
+  if (pair.in_doubt) return;  // what a search says counts
   pair.verdict = answer.verdict;
   pair.support = answer.support;
-  pair.support_second = answer.support_second;
+  pair.agreement = answer.agreement;
   pair.sigma_m = answer.worst_sigma_m;
   pair.sigma_rad = answer.worst_sigma_rad;
-  if (answer.verdict == FrameVerdict::kFound) {
+  if (!refines_) {
+    pair.searched = pair.compared;
+    pair.support_second = answer.support_second;
+    pair.agreement_second = answer.agreement_second;
+  }
+  if (is_found) {
     accept(pair);
   } else {
     refuse(pair, answer.verdict);
@@ -211,13 +209,19 @@ void LinkMaker::take(PairState& pair, Instant now) noexcept {
   pair.due = now + (pair.stated ? kRecheck : kRetry);
 }
 
+bool LinkMaker::is_where_stated(const PairState& pair) const noexcept {
+  if (!pair.stated) return true;
+  const LinkMotion motion =
+      motion_between(pair.link, link_of(finder_.answer(), T_world_a_, T_world_b_));
+  return motion.shift_m <= kElsewhere_m && motion.chord_rad <= kElsewhere_rad;
+}
+
 void LinkMaker::accept(PairState& pair) noexcept {
   FrameLink link = link_of(finder_.answer(), T_world_a_, T_world_b_);
+  if (!is_where_stated(pair)) return refuse(pair, FrameVerdict::kContradicted);
   if (pair.stated) {
-    const LinkMotion motion = motion_between(pair.link, link);
-    if (motion.shift_m > kElsewhere_m || motion.chord_rad > kElsewhere_rad)
-      return refuse(pair, FrameVerdict::kContradicted);
     pair.refusals = 0;
+    const LinkMotion motion = motion_between(pair.link, link);
     if (motion.shift_m < kWorth_m && motion.chord_rad < kWorth_rad) return;
   }
   link.from = own_.id.robot;

@@ -123,6 +123,9 @@ TEST_CASE("questions that are none are refused, and the search goes on") {
   question = {};
   question.yaw_steps = -1;
   CHECK(rig.finder.begin(hall->map, hall->map, question) == Status::kInvalidArgument);
+  question = {};
+  question.is_refinement = true;
+  CHECK(rig.finder.begin(hall->map, hall->map, question) == Status::kInvalidArgument);
   CHECK(rig.finder.steps() == steps);
   while (!rig.finder.step()) continue;
   CHECK(rig.finder.answer().verdict == FrameVerdict::kFound);

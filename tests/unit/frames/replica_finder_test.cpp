@@ -5,6 +5,7 @@
 #include "replica_rig.hpp"
 #include "tessera/exchange/exchange.hpp"
 #include "tessera/exchange/internal/block_codec.hpp"
+#include "tessera/frames/search_reach.hpp"
 
 namespace tessera {
 
@@ -32,6 +33,15 @@ class PublishingRobot {
     SweepCursor cursor;
     map.visit_blocks(cursor, map.index().slots(), [&](BlockKey key, SlabHandle handle) {
       publish(map, key, handle);
+      return true;
+    });
+  }
+  /// Those of its blocks that are in this range along x.
+  void publish_again(const LocalMap& map, int first, int last) {
+    SweepCursor cursor;
+    map.visit_blocks(cursor, map.index().slots(), [&](BlockKey key, SlabHandle handle) {
+      const int x = unpack(key).x;
+      if (x >= first && x <= last) publish(map, key, handle);
       return true;
     });
   }
@@ -134,6 +144,60 @@ TEST_CASE("what was published and heard gives the sketches and the answer of map
   const FrameAnswer mixed =
       find(by_replicas, sketch_source_of(here.published()), from_b.source.source());
   CHECK(mixed.T_a_b == known.T_a_b);
+}
+
+TEST_CASE("a refinement reads what has changed, and gives what one with new sketches gives") {
+  const SolidWorld hall = large_hall();
+  const Matrix34d T_b_world = frame_of(37.0, 3.0, 50.0, {-8.0, 9.0, -2.3});
+  const auto a = map_of(hall, left_of(20.0), room_classes());
+  const auto more = map_of(hall, left_of(24.0), room_classes());
+  const auto b = map_of(hall, right_of(8.0, T_b_world), room_classes());
+  PublishingRobot here(0, a->map);
+  PublishingRobot there(1, b->map);
+  send_all(there, here);
+  OwnSource from_a(a->map.config(), a->map.classes(), kTeamRoom);
+  OwnSource from_b(b->map.config(), b->map.classes(), kTeamRoom);
+  const auto search = [&](FinderRig& rig, OwnSource& of_a, OwnSource& of_b,
+                          const FrameQuestion& question) {
+    REQUIRE(of_a.source.begin(here.replicas(), here.slot_of(0)) == Status::kOk);
+    REQUIRE(of_b.source.begin(here.replicas(), here.slot_of(1)) == Status::kOk);
+    REQUIRE(rig.finder.begin(of_a.source.source(), of_b.source.source(), question) == Status::kOk);
+    std::uint32_t percent = 0;
+    while (!rig.finder.step() && rig.finder.steps() < 100'000) {
+      CHECK(rig.finder.percent() >= percent);
+      percent = rig.finder.percent();
+    }
+    CHECK(rig.finder.percent() == 100);
+    return rig.finder.answer();
+  };
+  FinderRig kept;
+  const FrameAnswer found = search(kept, from_a, from_b, FinderRig::nearby());
+  REQUIRE(found.verdict == FrameVerdict::kFound);
+  here.publish_again(more->map, 11, 13);
+  const FrameQuestion question = refinement_of(found.T_a_b);
+  const FrameAnswer refined = search(kept, from_a, from_b, question);
+  CHECK(from_a.source.blocks_taken() > 50);
+  CHECK(from_a.source.blocks_taken() < a->map.block_count() / 3);
+  CHECK(from_b.source.blocks_taken() == 0);
+  CHECK(refined.verdict == FrameVerdict::kFound);
+  CHECK(refined.agreement.agreed > found.agreement.agreed);
+  CHECK(error_of(refined, found.T_a_b).shift_m < 0.05);
+  FinderRig fresh;
+  OwnSource fresh_a(a->map.config(), a->map.classes(), kTeamRoom);
+  OwnSource fresh_b(b->map.config(), b->map.classes(), kTeamRoom);
+  const FrameAnswer again = search(fresh, fresh_a, fresh_b, question);
+  CHECK(fresh_b.source.blocks_taken() == b->map.block_count());
+  CHECK(again.T_a_b == refined.T_a_b);
+  CHECK(again.covariance == refined.covariance);
+  CHECK(again.support == refined.support);
+  INFO("a search finds the same from sketches that went on");
+  const FrameAnswer searched = search(kept, from_a, from_b, FinderRig::nearby());
+  CHECK(searched.T_a_b == search(fresh, fresh_a, fresh_b, FinderRig::nearby()).T_a_b);
+  CHECK(error_of(refined, searched.T_a_b).shift_m < 0.02);
+  INFO("where it is not, it is not found");
+  Matrix34d off = found.T_a_b;
+  off(0, 3) += 2.0;
+  CHECK(search(kept, from_a, from_b, refinement_of(off)).verdict != FrameVerdict::kFound);
 }
 
 TEST_CASE("a contribution that is closed while it is taken, or makes room for another, is lost") {

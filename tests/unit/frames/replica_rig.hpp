@@ -63,6 +63,13 @@ struct TakenSketch {
   int take(const SketchSource& source) {
     return take(source, [](int) {});
   }
+  /// Goes on with what it has of the source.
+  void go_on(const SketchSource& source) {
+    SketchSource::Cursor cursor;
+    for (int pieces = 1; !source.take(source.context, cursor, sketch); ++pieces)
+      REQUIRE(pieces < 10'000);
+    sketch.finish(scratch);
+  }
 };
 
 /// All that a finder reads of a surface.

@@ -73,6 +73,30 @@ TEST_CASE("frames are found: three robots that hear two thirds of each other agr
   }
 }
 
+TEST_CASE("frames are found: a link is refined where it is as maps grow, and holds") {
+  FramesTeam team(5);
+  for (std::uint32_t i = 0; i < 2; ++i) team.add(FramesTeam::config_of(i, FrameMode::kFound));
+  map_hall(team.robot(0), 0.0, 26.0, map_frame(0));
+  map_hall(team.robot(1), 5.0, 24.0, map_frame(1));
+  team.run(20 * kOneSecond_us);
+  REQUIRE(team.frames(0).pairs().size() == 1);
+  const PairState before = team.frames(0).pairs().front();
+  REQUIRE(before.stated);
+  CHECK(before.searched > 0);
+  map_hall(team.robot(1), 24.0, 30.5, map_frame(1));
+  team.run(20 * kOneSecond_us);
+  const PairState& pair = team.frames(0).pairs().front();
+  CHECK(pair.attempts > before.attempts);
+  CHECK(pair.compared > before.compared);
+  CHECK(pair.searched == before.searched);
+  CHECK(pair.verdict == FrameVerdict::kFound);
+  CHECK(pair.stated);
+  CHECK_FALSE(pair.in_doubt);
+  CHECK(pair.agreement.agreed > before.agreement.agreed);
+  CHECK(pair.support_second == before.support_second);
+  CHECK(error_m(team.frames(0), 0, 1) < 0.1);
+}
+
 TEST_CASE("frames are found: a robot that starts anew is left out until its new map is placed") {
   FramesTeam team(2);
   for (std::uint32_t i = 0; i < 2; ++i) team.add(FramesTeam::config_of(i, FrameMode::kFound));
@@ -127,6 +151,19 @@ TEST_CASE(
     CHECK(norm(Point3d(apply(product(*of_rough, rough.T_global_map), p_map) -
                        apply(right, p_map))) < 0.1);
   }
+}
+
+TEST_CASE("frames are found: the memory is what the settings say") {
+  const auto bytes = [](std::uint32_t robots, std::uint32_t blocks) {
+    GlobalMapConfig global;
+    global.replicas.blocks = blocks;
+    return SharedFrames::required_bytes({.mode = FrameMode::kFound, .most_robots = robots}, global,
+                                        kMaxComponents);
+  };
+  constexpr std::size_t kMegabyte = 1'000'000;
+  CHECK(bytes(16, 0) / kMegabyte == 16);
+  CHECK(bytes(64, 0) / kMegabyte == 18);
+  CHECK(bytes(16, 1'024) - bytes(16, 0) == 1'024 * SharedFrames::kBlockBytes);
 }
 
 TEST_CASE("frames are found: two robots that have nothing in common have no frame in common") {

@@ -215,9 +215,10 @@ typedef struct tessera_config {
   float class_reach_m[TESSERA_MOST_CLASSES];
   float class_height_m[TESSERA_MOST_CLASSES];
   /// How the frames of a team are known: TESSERA_FRAMES_GIVEN, TESSERA_FRAMES_REFINED or
-  /// TESSERA_FRAMES_FOUND, which takes 17 MB more; robots that are placed, 1 .. 64; and, of
-  /// refined ones, standard deviations of T_global_map along each axis, 0 .. 100 m, and about each,
-  /// 0 .. 1 rad: both 0 for an exact one [FramesConfig].
+  /// TESSERA_FRAMES_FOUND, which takes 17 MB more, with over 16 robots up to 19 MB, and 32 bytes
+  /// for each of replica_blocks; robots that are placed, 1 .. 64; and, of refined ones, standard
+  /// deviations of T_global_map along each axis, 0 .. 100 m, and about each, 0 .. 1 rad: both 0 for
+  /// an exact one [FramesConfig].
   uint32_t frames;
   uint32_t frame_robots;
   double frame_sigma_m;

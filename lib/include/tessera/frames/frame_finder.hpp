@@ -42,6 +42,9 @@ struct FrameQuestion {
   double reach_z_m = 12.0;
   /// How far off the heading of a guess may be, both ways; steps of two degrees.
   int yaw_steps = YawSearch::kYaws / 2;
+  /// Of a guess: it was found before, of these maps when they had less. It is fitted from there,
+  /// and judged by what lies on each other there; no other place is looked for.
+  bool is_refinement = false;
   static constexpr double kMostReachZ_m = 15.0;
 };
 
@@ -54,7 +57,7 @@ struct FrameAnswer {
   Point3d middle_a = Point3d::Zero();  ///< Of the overlap.
   Agreement agreement;                 ///< There.
   Agreement agreement_second;          ///< At the other place that makes it most doubtful, or zero.
-  Agreement agreement_guess;           ///< Where the guess is.
+  Agreement agreement_guess;           ///< Where the guess is; of no refinement.
   double support = 0.0;                ///< Of agreement.
   double support_second = 0.0;         ///< Of agreement_second.
   double worst_sigma_m = 0.0;          ///< Of the translation, in the direction least held.
@@ -93,8 +96,9 @@ class FrameFinder {
 
   /// Starts anew. The sources must stay where they are, and what they take from must be there,
   /// until step() has taken them in (taken_in()). Fails with kInvalidArgument iff the guess is not
-  /// rigid or over 1000 km, a reach is not finite, negative or too large, or a source has no
-  /// function or no positive resolution; the search that was under way goes on then.
+  /// rigid or over 1000 km, a refinement has none, a reach is not finite, negative or too large, or
+  /// a source has no function or no positive resolution; the search that was under way goes on
+  /// then.
   [[nodiscard]] Status begin(const SketchSource& a, const SketchSource& b,
                              const FrameQuestion& question) noexcept;
   /// The same for two maps, which must stay as they are until they are taken in.
@@ -112,6 +116,8 @@ class FrameFinder {
   [[nodiscard]] const MapSketch& sketch_b() const noexcept { return b_; }
   /// Steps of this search so far.
   [[nodiscard]] std::uint32_t steps() const noexcept { return steps_; }
+  /// Roughly how much of the search is done, in hundredths; for people. O(1).
+  [[nodiscard]] std::uint32_t percent() const noexcept;
 
  private:
   enum class Phase : std::uint8_t {
@@ -156,6 +162,8 @@ class FrameFinder {
   };
 
   void begin_guess() noexcept;
+  [[nodiscard]] int headings() const noexcept;
+  void begin_refinement() noexcept;
   void try_heading() noexcept;
   /// Begins the fit of the next candidate, rival or finalist, or of the best, or ends.
   void begin_next() noexcept;

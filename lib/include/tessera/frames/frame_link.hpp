@@ -84,4 +84,11 @@ struct FramePrior {
 /// encode_link.
 [[nodiscard]] Result<FrameLink> round_link(const FrameLink& link) noexcept;
 
+/// How far one link is from another.
+struct LinkMotion {
+  double shift_m = 0.0;    ///< At the middle of what the second was measured from.
+  double chord_rad = 0.0;  ///< 2 sin(angle / 2).
+};
+[[nodiscard]] LinkMotion motion_between(const FrameLink& before, const FrameLink& after) noexcept;
+
 }  // namespace tessera

@@ -59,13 +59,35 @@ class MapSketch {
   [[nodiscard]] static Result<MapSketch> make(Arena& arena) noexcept;
   MapSketch() noexcept = default;
 
+  /// What cells of a block had, two bits each: nothing, a surface, or free space alone.
+  using BlockCells = std::uint16_t;
+
   /// Forgets all; cells from now on are of maps of this resolution. O(1).
   void begin(double resolution_m) noexcept;
-  /// Adds a block of a map; each block once. O(512 components present), and O(kept cells) where
-  /// they become too many: at most 20 times.
-  void add(const LocalMap& map, SlabHandle handle) noexcept;
+  /// Adds a block of a map; each block once. Returns what forget() is to be given. O(512 components
+  /// present), and O(kept cells) where they become too many: at most 20 times.
+  BlockCells add(const LocalMap& map, SlabHandle handle) noexcept;
   /// After the last block: what follows may be asked. scratch: kScratch entries. O(cells).
   void finish(std::span<KeyedIndex> scratch) noexcept;
+
+  /// Of a sketch that is finished, to bring it up to date: blocks that have changed or gone are
+  /// forgotten first, then drop_forgotten() makes room, those that changed are added again, and it
+  /// is finished again. It is then as if it had been taken from nothing, unless is_too_thin().
+  /// cells: as add() returned it. O(1).
+  void forget(BlockKey block, BlockCells cells) noexcept;
+  /// O(cells).
+  void drop_forgotten() noexcept;
+  /// So many cells were forgotten that fewer would be left out of a sketch that is taken anew.
+  [[nodiscard]] bool is_too_thin() const noexcept;
+  /// Who has taken all of it, and when: a source that goes on from there knows its own sketch.
+  struct Owner {
+    const void* source = nullptr;
+    std::uint64_t turn = 0;
+    friend constexpr bool operator==(const Owner&, const Owner&) = default;
+  };
+  /// None from begin() on, and while it is not finished.
+  [[nodiscard]] Owner owner() const noexcept { return is_finished_ ? owner_ : Owner{}; }
+  void set_owner(const Owner& owner) noexcept { owner_ = owner; }
 
   [[nodiscard]] double cell_m() const noexcept { return cell_m_; }
   [[nodiscard]] double part_m() const noexcept { return cell_m_ / kPartsEdge; }
@@ -111,8 +133,19 @@ class MapSketch {
   static constexpr std::uint32_t kBuckets = 1U << 18U;
   static constexpr std::uint32_t kFreeBit = 1U << 31U;
 
+  /// How many cells of a map hash to so many zeros at the end, whether they are kept or not.
+  using HashLevels = std::array<std::uint32_t, 32>;
+  enum class CellKind : std::uint8_t { kNone = 0, kSurface = 1, kFree = 2 };
+
   struct CellSums;
-  void add_cell(const CellSums& sums, VoxelCoord cell) noexcept;
+  [[nodiscard]] int cells_edge() const noexcept { return kBlockEdge / (kPartsEdge * voxels_part_); }
+  /// The n-th of a block's cells, of edge^3.
+  [[nodiscard]] static constexpr VoxelCoord cell_of_block(const BlockCoord& block, int n,
+                                                          int edge) noexcept {
+    return {block.x * edge + n % edge, block.y * edge + n / edge % edge,
+            block.z * edge + n / (edge * edge)};
+  }
+  [[nodiscard]] CellKind add_cell(const CellSums& sums, VoxelCoord cell) noexcept;
   void keep_surface(const Surface& surface) noexcept;
   void keep_free(const FreeCell& cell) noexcept;
   /// The entry of a key in the table: 0 if it is not there.
@@ -130,6 +163,11 @@ class MapSketch {
   std::uint32_t free_count_ = 0;
   unsigned surface_levels_ = 0;
   unsigned free_levels_ = 0;
+  HashLevels surface_hashes_{};
+  HashLevels free_hashes_{};
+  Owner owner_;
+  bool has_forgotten_ = false;
+  bool is_finished_ = false;
 };
 
 }  // namespace tessera

@@ -40,6 +40,13 @@ inline constexpr SearchReach kNearGiven{3.0, 2.0, 4};
   return question;
 }
 
+/// Where it was found before: it is fitted anew from there.
+[[nodiscard]] inline FrameQuestion refinement_of(const Matrix34d& T_a_b) noexcept {
+  FrameQuestion question = question_near(T_a_b, kNearGiven);
+  question.is_refinement = true;
+  return question;
+}
+
 /// Searches near the guess; without one anywhere, around the identity.
 [[nodiscard]] inline FrameQuestion question_of(const std::optional<Matrix34d>& guess) noexcept {
   return guess ? question_near(*guess, kNearGuess) : FrameQuestion{};

@@ -22,6 +22,9 @@ struct SketchSource {
   /// Adds the blocks of the next piece to a sketch of this resolution, each block once, and moves
   /// the cursor on. True iff all is taken; not called again then.
   bool (*take)(const void* context, Cursor& cursor, MapSketch& sketch) noexcept = nullptr;
+  /// take() begins the sketch itself, or brings it up to date where it took it before
+  /// (MapSketch::owner).
+  bool keeps = false;
 };
 
 /// A map, which must stay as it is until all is taken. A piece is 16 entries of its index, with the

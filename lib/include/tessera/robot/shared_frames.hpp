@@ -19,8 +19,10 @@ namespace tessera {
 /// Of one robot, for the thread that has its exchange and its global map.
 class SharedFrames {
  public:
-  /// Bytes of arena that make takes: 17 MB, most of it for the pair at hand. 0 where frames are
-  /// given: else it is not known at compile time.
+  /// Bytes of arena that make takes: 17 MB with up to 16 robots, most of it for the pair at hand,
+  /// 19 MB with 64; and kBlockBytes for each of replicas.blocks. 0 where frames are given: else it
+  /// is not known at compile time.
+  static constexpr std::size_t kBlockBytes = 32;
   [[nodiscard]] static constexpr std::size_t required_bytes(const FramesConfig& config,
                                                             const GlobalMapConfig& global,
                                                             int num_components) noexcept {

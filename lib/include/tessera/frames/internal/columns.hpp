@@ -60,6 +60,8 @@ class Columns {
   /// How many have something that stands.
   [[nodiscard]] std::uint32_t standing() const noexcept { return standing_; }
   [[nodiscard]] double width_m() const noexcept { return width_m_; }
+  /// The same of columns of a sketch.
+  [[nodiscard]] static double width_of(const MapSketch& sketch) noexcept;
   /// The column of a place on an axis of the levelled frame, which may be outside.
   [[nodiscard]] int place(double level_m) const noexcept {
     return floor_to_int(level_m / width_m_) + kEdge / 2;

@@ -24,10 +24,12 @@ struct PairState {
   std::uint32_t own_epoch = 0;  ///< And of this robot's.
   std::uint32_t attempts = 0;
   FrameVerdict verdict = FrameVerdict::kTooLittle;  ///< Of the last attempt.
-  bool stated = false;         ///< The link holds: it was accepted, and not withdrawn.
-  std::uint32_t refusals = 0;  ///< In a row, of a link that is stated.
-  double support = 0.0;        ///< FrameAnswer, of the last attempt.
-  double support_second = 0.0;
+  bool stated = false;          ///< The link holds: it was accepted, and not withdrawn.
+  std::uint32_t refusals = 0;   ///< In a row, of a link that is stated.
+  double support = 0.0;         ///< FrameAnswer, of the last attempt.
+  double support_second = 0.0;  ///< Of the last search: a refinement looks for no other place.
+  Agreement agreement{};
+  Agreement agreement_second{};  ///< As support_second.
   double sigma_m = 0.0;
   double sigma_rad = 0.0;
   FrameLink link{};      ///< As it was stated last, or is to be.
@@ -41,6 +43,8 @@ struct PairState {
   FrameAnswer answer{};
   Instant due = Instant::long_ago();
   std::uint64_t compared = 0;  ///< Segments of both at the last attempt.
+  std::uint64_t searched = 0;  ///< The same at the last one that was no refinement.
+  bool in_doubt = false;       ///< A refinement did not find the link: it is searched for at once.
 };
 
 class LinkMaker {
@@ -60,6 +64,9 @@ class LinkMaker {
   static constexpr double kElsewhere_rad = 0.0175;
   /// It is withdrawn after so many refusals in a row, each with more of the maps.
   static constexpr std::uint32_t kMostRefusals = 3;
+  /// A link that is stated is refined where it is, and searched for near there where a refinement
+  /// does not find it, or the maps have so many times what they had when it was searched for last.
+  static constexpr std::uint64_t kSearchGrowth = 2;
 
   [[nodiscard]] static constexpr std::size_t required_bytes(const FramesConfig& config,
                                                             const GlobalMapConfig& global,
@@ -105,7 +112,10 @@ class LinkMaker {
              const Chosen& own, const Chosen& other) noexcept;
   [[nodiscard]] FrameQuestion question(const PairState& pair,
                                        const TeamPlacement& placement) const noexcept;
+  [[nodiscard]] bool is_refined(const PairState& pair) const noexcept;
   void take(PairState& pair, Instant now) noexcept;
+  /// Whether the answer is where the link is, or there is no link.
+  [[nodiscard]] bool is_where_stated(const PairState& pair) const noexcept;
   void accept(PairState& pair) noexcept;
   static void refuse(PairState& pair, FrameVerdict verdict) noexcept;
   /// The link of an answer as it is to be stated next.
@@ -119,6 +129,7 @@ class LinkMaker {
   std::span<PairState> pairs_;
   std::size_t count_ = 0;
   std::optional<std::size_t> at_;  ///< The pair that is compared.
+  bool refines_ = false;           ///< It is a refinement.
   Chosen own_{};
   Chosen other_{};
   Matrix34d T_world_a_ = Matrix34d(Matrix34d::Identity());  ///< Of what is compared.
