@@ -9,6 +9,7 @@
 #include "base/atomic_file.hpp"
 #include "base/number_text.hpp"
 #include "base/outputs.hpp"
+#include "base/progress.hpp"
 #include "cli/align_picture.hpp"
 #include "cli/command.hpp"
 #include "cli/setting_options.hpp"
@@ -82,7 +83,14 @@ Outcome<FrameQuestion> question_for(const AlignOptions& options, const StoredMap
 
 Outcome<FrameAnswer> find(const StoredMap& a, const StoredMap& b, const FrameQuestion& question) {
   TESSERA_TRY_ASSIGN(const std::unique_ptr<FrameRun> run, FrameRun::prepare());
-  return run->find(a.map, b.map, question);
+  constexpr std::uint32_t kAll = 100;
+  Progress progress("aligning", kAll);
+  TESSERA_TRY_ASSIGN(const FrameAnswer answer,
+                     run->find(a.map, b.map, question,
+                               [&progress](std::uint32_t percent) { progress.update(percent); }));
+  progress.update(kAll);
+  progress.finish();
+  return answer;
 }
 
 Outcome<void> run_align(const AlignOptions& options) {

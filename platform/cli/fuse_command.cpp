@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera fuse: fuses local maps into one global map by label diffusion.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <optional>
@@ -73,6 +75,23 @@ void warn_of(const std::vector<Message>& warnings) {
   for (const Message& warning : warnings) warn(warning);
 }
 
+/// Finds or judges frames with a progress bar; to judge one pair is no long work.
+Outcome<std::vector<PairAlignment>> compare_pairs(const FuseOptions& options, bool with_sessions,
+                                                  std::vector<FuseInput>& inputs,
+                                                  std::vector<Message>& warnings) {
+  std::optional<Progress> bar;
+  const auto show = [&](std::uint64_t hundredths, std::uint64_t pairs) {
+    if (!options.align && pairs == 1) return;
+    if (!bar) bar.emplace(options.align ? "finding frames" : "comparing maps", 100 * pairs);
+    const std::uint64_t at = std::min(hundredths / 100 + 1, pairs);
+    bar->update(hundredths, fmt::format("pair {} of {}", at, pairs));
+  };
+  TESSERA_TRY_ASSIGN(std::vector<PairAlignment> pairs,
+                     pairs_of(options, with_sessions, inputs, warnings, show));
+  if (bar) bar->finish();
+  return pairs;
+}
+
 /// Fuses with a progress bar, and counts heap allocations.
 Outcome<void> fuse_all(FusionRun& fusion, const std::vector<FuseInput>& inputs) {
   const std::optional<std::uint64_t> before = heap_allocations();
@@ -105,7 +124,7 @@ Outcome<void> run_fuse(const FuseOptions& options) {
 
   warnings.clear();
   TESSERA_TRY_ASSIGN(const std::vector<PairAlignment> pairs,
-                     pairs_of(options, !sessions.empty(), inputs, warnings));
+                     compare_pairs(options, !sessions.empty(), inputs, warnings));
   TESSERA_TRY(add_sessions(sessions, inputs, warnings));
   warn_of(warnings);
   TESSERA_TRY_ASSIGN(const std::unique_ptr<FusionRun> fusion,

@@ -18,17 +18,6 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-Json to_json(const Agreement& agreement) {
-  return {{"share", agreement.share()},
-          {"agreed", agreement.agreed},
-          {"contradicted", agreement.contradicted},
-          {"unseen", agreement.unseen},
-          {"flat_share", agreement.flat_share()},
-          {"flat_agreed", agreement.flat_agreed},
-          {"labelled", agreement.labelled},
-          {"same_label", agreement.same_label}};
-}
-
 /// What users may do about it.
 const char* remedy_of(FrameVerdict verdict) {
   switch (verdict) {
@@ -62,11 +51,11 @@ Outcome<std::unique_ptr<FrameRun>> FrameRun::prepare() {
 }
 
 Outcome<FrameAnswer> FrameRun::find(const LocalMap& a, const LocalMap& b,
-                                    const FrameQuestion& question, const StepsDone& done) {
+                                    const FrameQuestion& question, const PercentDone& done) {
   if (finder_.begin(a, b, question) != Status::kOk)
     return Failure{"the guess is not a rigid transform, or the reach is out of range"};
   while (!finder_.step()) {
-    if (done) done(finder_.steps());
+    if (done) done(finder_.percent());
   }
   return finder_.answer();
 }
@@ -74,15 +63,8 @@ Outcome<FrameAnswer> FrameRun::find(const LocalMap& a, const LocalMap& b,
 FrameQuestion question_of(const std::optional<Matrix34d>& guess, const MapIdentity& a,
                           const MapIdentity& b) noexcept {
   FrameQuestion question = question_of(guess);
-  // A global map is in the global frame.
-  const auto is_placed = [](const MapIdentity& map) {
-    return map.has_T_global_map || map.kind == MapKind::kGlobal;
-  };
-  const auto frame_of = [](const MapIdentity& map) {
-    return map.has_T_global_map ? map.T_global_map : Matrix34d(Matrix34d::Identity());
-  };
-  if (!guess && is_placed(a) && is_placed(b))
-    question.T_a_b_guess = between_frames(frame_of(a), frame_of(b));
+  if (!guess && a.is_placed() && b.is_placed())
+    question.T_a_b_guess = between_frames(a.place(), b.place());
   return question;
 }
 
@@ -103,6 +85,17 @@ double angle_deg(const Matrix34d& T) {
 std::string motion_text(const Matrix34d& T) {
   return fmt::format("moved by {:.2f}, {:.2f}, {:.2f} m and turned by {:.2f} degrees", T(0, 3),
                      T(1, 3), T(2, 3), angle_deg(T));
+}
+
+Json to_json(const Agreement& agreement) {
+  return {{"share", agreement.share()},
+          {"agreed", agreement.agreed},
+          {"contradicted", agreement.contradicted},
+          {"unseen", agreement.unseen},
+          {"flat_share", agreement.flat_share()},
+          {"flat_agreed", agreement.flat_agreed},
+          {"labelled", agreement.labelled},
+          {"same_label", agreement.same_label}};
 }
 
 Json to_json(const FrameAnswer& answer) {

@@ -26,12 +26,12 @@ class FrameRun {
   FrameRun& operator=(FrameRun&&) = delete;
   ~FrameRun() = default;
 
-  /// Called with the steps so far.
-  using StepsDone = std::function<void(std::uint32_t steps)>;
+  /// Called with how much is done (FrameFinder::percent).
+  using PercentDone = std::function<void(std::uint32_t percent)>;
   /// Searches, without the heap. A function of the maps' contents and the question. Fails with
   /// kUsage iff the guess is not rigid or the reach is not one.
   Outcome<FrameAnswer> find(const LocalMap& a, const LocalMap& b, const FrameQuestion& question,
-                            const StepsDone& done = {});
+                            const PercentDone& done = {});
   [[nodiscard]] const FrameFinder& finder() const noexcept { return finder_; }
 
  private:
@@ -52,6 +52,8 @@ class FrameRun {
 [[nodiscard]] std::string motion_text(const Matrix34d& T);
 /// The angle of a rotation, degrees, 0 .. 180.
 [[nodiscard]] double angle_deg(const Matrix34d& T);
+/// Counts, and shares of what both have seen.
+[[nodiscard]] Json to_json(const Agreement& agreement);
 /// Keys transform, covariance, agreement, agreement_before, accepted, reason and what they rest on.
 [[nodiscard]] Json to_json(const FrameAnswer& answer);
 /// Fails with kFailure, and the reason, iff no frame was found.

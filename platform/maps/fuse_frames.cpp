@@ -26,27 +26,34 @@ FrameLink link_of(std::size_t from, std::size_t to, const FrameAnswer& answer) {
 }
 
 /// Anywhere; near where both were placed first.
-Outcome<FrameAnswer> search(FrameRun& run, const FuseInput& a, const FuseInput& b) {
+Outcome<FrameAnswer> search(FrameRun& run, const FuseInput& a, const FuseInput& b,
+                            const PairsProgress& progress, std::uint32_t from) {
+  constexpr std::uint32_t kNear = 10;  // of the 50 of a side
+  constexpr std::uint32_t kSide = 50;
   const LocalMap& map_a = a.stored->map;
   const LocalMap& map_b = b.stored->map;
   if (a.placed && b.placed) {
-    TESSERA_TRY_ASSIGN(const FrameAnswer near, run.find(map_a, map_b, question_of(between(a, b))));
+    TESSERA_TRY_ASSIGN(const FrameAnswer near, run.find(map_a, map_b, question_of(between(a, b)),
+                                                        progress.part(from, from + kNear)));
     if (near.verdict == FrameVerdict::kFound) return near;
   }
-  return run.find(map_a, map_b, question_of(std::nullopt));
+  return run.find(map_a, map_b, question_of(std::nullopt),
+                  progress.part(from + kNear, from + kSide));
 }
 
 /// Searches all pairs from both sides; links of those that were found from both.
 Outcome<std::vector<PairAlignment>> search_pairs(const std::vector<FuseInput>& inputs,
-                                                 std::vector<FrameLink>& links) {
+                                                 std::vector<FrameLink>& links,
+                                                 PairsProgress progress) {
   TESSERA_TRY_ASSIGN(const std::unique_ptr<FrameRun> run, FrameRun::prepare());
   std::vector<PairAlignment> pairs;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     for (std::size_t j = i + 1; j < inputs.size(); ++j) {
-      TESSERA_TRY_ASSIGN(const FrameAnswer there, search(*run, inputs[i], inputs[j]));
+      TESSERA_TRY_ASSIGN(const FrameAnswer there, search(*run, inputs[i], inputs[j], progress, 0));
       PairAlignment pair{i, j, std::nullopt, there};
       if (there.verdict == FrameVerdict::kFound) {
-        TESSERA_TRY_ASSIGN(const FrameAnswer back, search(*run, inputs[j], inputs[i]));
+        TESSERA_TRY_ASSIGN(const FrameAnswer back,
+                           search(*run, inputs[j], inputs[i], progress, 50));
         if (back.verdict == FrameVerdict::kFound) {
           links.push_back(link_of(i, j, there));
           links.push_back(link_of(j, i, back));
@@ -55,6 +62,7 @@ Outcome<std::vector<PairAlignment>> search_pairs(const std::vector<FuseInput>& i
         }
       }
       pairs.push_back(pair);
+      progress.end_pair();
     }
   }
   return pairs;
@@ -85,8 +93,8 @@ Failure not_placed(const std::vector<FuseInput>& inputs, std::size_t anchor, std
 
 }  // namespace
 
-Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs,
-                                                bool with_sessions) {
+Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs, bool with_sessions,
+                                                const PairsProgress::Done& done) {
   if (inputs.size() > kMostAligned)
     return Failure{
         fmt::format("{} maps are too many to find their frames, at most {}; fuse them "
@@ -103,7 +111,8 @@ Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs,
         "sessions are not placed by the maps that are aligned; give the transform of one "
         "of these maps"};
   std::vector<FrameLink> links;
-  TESSERA_TRY_ASSIGN(std::vector<PairAlignment> pairs, search_pairs(inputs, links));
+  TESSERA_TRY_ASSIGN(std::vector<PairAlignment> pairs,
+                     search_pairs(inputs, links, PairsProgress(done, inputs.size())));
   const auto anchor =
       placed == inputs.end() ? std::size_t{0} : static_cast<std::size_t>(placed - inputs.begin());
   FramePrior prior;
@@ -144,9 +153,10 @@ Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs,
 
 Outcome<std::vector<PairAlignment>> pairs_of(const FuseOptions& options, bool with_sessions,
                                              std::vector<FuseInput>& inputs,
-                                             std::vector<Message>& warnings) {
-  if (options.align) return find_frames(inputs, with_sessions);
-  return align_inputs(inputs, warnings);
+                                             std::vector<Message>& warnings,
+                                             const PairsProgress::Done& done) {
+  if (options.align) return find_frames(inputs, with_sessions, done);
+  return align_inputs(inputs, warnings, done);
 }
 
 }  // namespace tessera

@@ -15,11 +15,13 @@ namespace tessera {
 /// kUsage iff a map is in submaps or there are over kMostAligned, or there are sessions and no map
 /// was placed; with kFailure iff a map cannot be placed, with the reason, or the system does not
 /// give the memory.
-Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs, bool with_sessions);
+Outcome<std::vector<PairAlignment>> find_frames(std::vector<FuseInput>& inputs, bool with_sessions,
+                                                const PairsProgress::Done& done = {});
 
 /// As the options have it: frames are found, or those given are judged.
 Outcome<std::vector<PairAlignment>> pairs_of(const FuseOptions& options, bool with_sessions,
                                              std::vector<FuseInput>& inputs,
-                                             std::vector<Message>& warnings);
+                                             std::vector<Message>& warnings,
+                                             const PairsProgress::Done& done = {});
 
 }  // namespace tessera

@@ -127,19 +127,24 @@ std::optional<Alignment> labels_of(const FuseInput& first, const FuseInput& seco
 }
 
 std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
-                                        std::vector<Message>& warnings) {
+                                        std::vector<Message>& warnings,
+                                        const PairsProgress::Done& done) {
+  PairsProgress progress(done, inputs.size());
   std::vector<PairAlignment> pairs;
   std::unique_ptr<FrameRun> run;
   if (inputs.size() <= kMostAligned) {
     Outcome<std::unique_ptr<FrameRun>> prepared = FrameRun::prepare();
     if (prepared.ok()) run = std::move(*prepared);
   }
+  std::size_t at = 0;
   std::vector<Ball> balls;
   for (const FuseInput& input : inputs) balls.push_back(ball_of(input.stored->map));
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     for (std::size_t j = i + 1; j < inputs.size(); ++j) {
       const FuseInput& first = inputs[i];
       const FuseInput& second = inputs[j];
+      if (at != 0) progress.end_pair();
+      ++at;
       // Those of one robot are as its poses have them.
       if (first.id.robot == second.id.robot && first.id.submap != second.id.submap) continue;
       const Matrix34d given = between(first, second);
@@ -147,7 +152,8 @@ std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
       std::optional<Message> warning;
       if (run && is_whole(first) && is_whole(second) && may_meet(balls[i], balls[j], given)) {
         const Outcome<FrameAnswer> answer =
-            run->find(first.stored->map, second.stored->map, question_near(given, kNearGiven));
+            run->find(first.stored->map, second.stored->map, question_near(given, kNearGiven),
+                      progress.part(0, 100));
         if (answer.ok()) pair.frame = *answer;
       }
       if (pair.frame) warning = surface_warning(first, second, *pair.frame, given);
@@ -157,6 +163,7 @@ std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
       if (pair.labels || pair.frame) pairs.push_back(pair);
     }
   }
+  if (at != 0) progress.end_pair();
   return pairs;
 }
 

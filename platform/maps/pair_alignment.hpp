@@ -5,7 +5,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/json.hpp"
@@ -27,6 +30,32 @@ struct PairAlignment {
 };
 
 /// Surfaces are compared of up to this number of maps: of more it would take minutes.
+/// Tells how far the pairs of maps are.
+class PairsProgress {
+ public:
+  /// Called with hundredths of pairs that are done, and of how many pairs.
+  using Done = std::function<void(std::uint64_t hundredths, std::uint64_t pairs)>;
+  PairsProgress(Done done, std::size_t maps)
+      : done_(std::move(done)), pairs_(std::uint64_t{maps} * (maps - 1) / 2) {}
+  /// From here on the pair that is searched goes from one hundredth to another.
+  FrameRun::PercentDone part(std::uint32_t from, std::uint32_t to) const {
+    return [this, from, to](std::uint32_t percent) { tell(from + (to - from) * percent / 100); };
+  }
+  void end_pair() {
+    ++at_;
+    tell(0);
+  }
+
+ private:
+  void tell(std::uint32_t of_pair) const {
+    if (done_) done_(100 * at_ + of_pair, pairs_);
+  }
+
+  Done done_;
+  std::uint64_t pairs_;
+  std::uint64_t at_ = 0;
+};
+
 inline constexpr std::size_t kMostAligned = 16;
 
 /// Whether it is not one of several submaps.
@@ -40,7 +69,8 @@ inline constexpr std::size_t kMostAligned = 16;
 /// Alignments of all pairs: by labels of up to 20,000 voxels each; and by surfaces, of whole maps,
 /// of up to kMostAligned of them. Adds warnings about misaligned pairs.
 std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
-                                        std::vector<Message>& warnings);
+                                        std::vector<Message>& warnings,
+                                        const PairsProgress::Done& done = {});
 
 /// The frames of pairs for a report.
 [[nodiscard]] Json frames_json(const std::vector<PairAlignment>& pairs,

@@ -66,6 +66,7 @@ class Align(CommandCase):
     def test_a_frame_is_found_and_written(self):
         result, report = self.align("--out", "T.txt", "--png", "both.png")
         self.assertIn("found", result.stdout)
+        self.assertRegex(result.stderr, r"aligning.*100 %")
         self.assertTrue(report["accepted"])
         self.assertIsNone(report["reason"])
         T = read_matrix(self.folder / "T.txt")
@@ -133,6 +134,7 @@ class Align(CommandCase):
         wrong = product([[0.0, -1.0, 0.0, 3.0], [1.0, 0.0, 0.0, -20.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]], self.frames[1])
         result, report = self.fuse("--align", *self.transform_of(0, self.frames[0]), *self.transform_of(1, wrong))
         self.assertNotIn("warning", result.stderr)
+        self.assertRegex(result.stderr, r"finding frames.*100 %.*pair 1 of 1")
         first, second = report["contributions"]
         self.assertEqual(first["T_global_map"], [value for row in self.frames[0][:3] for value in row])
         found = [second["T_global_map"][4 * i:4 * i + 4] for i in range(3)] + [[0.0, 0.0, 0.0, 1.0]]
