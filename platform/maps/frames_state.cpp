@@ -50,6 +50,8 @@ Json to_json(const FramesState::Pair& pair) {
           {"stated", pair.stated},
           {"support", pair.support},
           {"support_second", pair.support_second},
+          {"agreement", to_json(pair.agreement)},
+          {"agreement_second", to_json(pair.agreement_second)},
           {"sigma_m", pair.sigma_m},
           {"sigma_deg", degrees_of(pair.sigma_rad)}};
 }
@@ -155,12 +157,34 @@ void FramesState::take(const SharedFrames& frames) noexcept {
   }
   for (const PairState& one : frames.pairs()) {
     if (pair_count == pairs.size()) break;
-    pairs[pair_count++] = {one.robot,   one.attempts,       one.verdict, one.stated,
-                           one.support, one.support_second, one.sigma_m, one.sigma_rad};
+    pairs[pair_count++] = {.robot = one.robot,
+                           .attempts = one.attempts,
+                           .verdict = one.verdict,
+                           .stated = one.stated,
+                           .support = one.support,
+                           .support_second = one.support_second,
+                           .agreement = one.agreement,
+                           .agreement_second = one.agreement_second,
+                           .sigma_m = one.sigma_m,
+                           .sigma_rad = one.sigma_rad};
+  }
+}
+
+void FramesState::take_given(const Replicas& replicas, std::uint32_t own_robot) noexcept {
+  left_out_by = 0;
+  std::optional<std::uint32_t> last;
+  for (const Replicas::Slot slot : replicas.in_order()) {
+    const Replicas::Contribution& one = replicas.contribution(slot);
+    const bool states_frames = FrameStatements::is(one.id.submap) && !one.leaving;
+    if (!states_frames || one.id.robot == own_robot || one.id.robot == last) continue;
+    last = one.id.robot;
+    ++left_out_by;
   }
 }
 
 Json to_json(const FramesState& state) {
+  if (state.mode == FrameMode::kGiven)
+    return {{"mode", to_string(state.mode)}, {"left_out_by", state.left_out_by}};
   Json json = {{"mode", to_string(state.mode)},
                {"solved", state.report.solved},
                {"withdrawals", state.report.withdrawals},

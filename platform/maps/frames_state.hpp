@@ -48,11 +48,15 @@ struct FramesState {
     bool stated = false;
     double support = 0.0;
     double support_second = 0.0;
+    Agreement agreement{};
+    Agreement agreement_second{};
     double sigma_m = 0.0;
     double sigma_rad = 0.0;
   };
   FrameMode mode = FrameMode::kGiven;
   bool joined = false;  ///< SharedFrames::is_joined().
+  /// Where frames are given: how many other robots find theirs, and leave this one out.
+  std::uint32_t left_out_by = 0;
   FramesReport report{};
   std::uint32_t robot_count = 0;
   std::uint32_t link_count = 0;  ///< As many as fit.
@@ -62,6 +66,8 @@ struct FramesState {
   std::array<Pair, kMostRobots> pairs{};
 
   void take(const SharedFrames& frames) noexcept;
+  /// Where frames are given: what others state of theirs is of no account. O(contributions).
+  void take_given(const Replicas& replicas, std::uint32_t own_robot) noexcept;
 };
 
 /// The frame in use of a robot; nothing: there is none.

@@ -30,9 +30,12 @@ const char* placed_text(FrameState state) noexcept {
 
 }  // namespace
 
-void FramesWatch::look(const SharedFrames* frames, std::int64_t now_us, LogQueue& log) noexcept {
-  if (frames == nullptr || now_us < due_us_) return;
+void FramesWatch::look(const Sharer& sharer, std::uint32_t own_robot, std::int64_t now_us,
+                       LogQueue& log) noexcept {
+  if (now_us < due_us_) return;
   due_us_ = now_us + kPause_us;
+  const SharedFrames* const frames = sharer.shared_frames();
+  if (frames == nullptr) return look_given(sharer.global().replicas(), own_robot, now_us, log);
   now_.take(*frames);
   for (std::uint32_t i = 0; i < now_.robot_count; ++i)
     tell(now_.robots[i], find_in(last_, now_.robots[i].robot), now_us, log);
@@ -43,6 +46,19 @@ void FramesWatch::look(const SharedFrames* frames, std::int64_t now_us, LogQueue
   }
   last_ = now_;
   view_.set(now_);
+}
+
+void FramesWatch::look_given(const Replicas& replicas, std::uint32_t own_robot, std::int64_t now_us,
+                             LogQueue& log) noexcept {
+  now_.take_given(replicas, own_robot);
+  if (now_.left_out_by != 0 && !has_told_)
+    log.say_change(LogLevel::kWarning, now_us,
+                   "frames are given here, but found by other robots (%), which leave this robot's "
+                   "map out; set frames alike on all robots",
+                   now_.left_out_by);
+  has_told_ = has_told_ || now_.left_out_by != 0;
+  if (now_.left_out_by != last_.left_out_by) view_.set(now_);
+  last_.left_out_by = now_.left_out_by;
 }
 
 void FramesWatch::tell(const FramesState::Robot& robot, const FramesState::Robot* before,

@@ -8,6 +8,7 @@
 #include "base/latest_value.hpp"
 #include "base/log.hpp"
 #include "maps/frames_state.hpp"
+#include "tessera/robot/sharer.hpp"
 
 namespace tessera {
 
@@ -16,8 +17,10 @@ class FramesWatch {
  public:
   static constexpr std::int64_t kPause_us = 500'000;
 
-  /// Logs a line when a robot's frame is found, changes how it is held, or is withdrawn.
-  void look(const SharedFrames* frames, std::int64_t now_us, LogQueue& log) noexcept;
+  /// Logs a line when a robot's frame is found, changes how it is held, or is withdrawn; and, where
+  /// frames are given, when others are first seen to find theirs.
+  void look(const Sharer& sharer, std::uint32_t own_robot, std::int64_t now_us,
+            LogQueue& log) noexcept;
   /// For any thread: as of the last look().
   [[nodiscard]] FramesState view() const noexcept {
     FramesState view;
@@ -26,12 +29,15 @@ class FramesWatch {
   }
 
  private:
+  void look_given(const Replicas& replicas, std::uint32_t own_robot, std::int64_t now_us,
+                  LogQueue& log) noexcept;
   void tell(const FramesState::Robot& robot, const FramesState::Robot* before, std::int64_t now_us,
             LogQueue& log) noexcept;
 
   FramesState last_;
   FramesState now_;
   std::int64_t due_us_ = 0;
+  bool has_told_ = false;  ///< That others find frames.
   LatestValue<FramesState> view_;
 };
 

@@ -254,7 +254,7 @@ Json Node::report() const {
       run_.heap_allocations ? Json(*run_.heap_allocations) : Json();
   json["global_map"] = global_json(*robot_);
   json["reliability"] = to_json(judge_robots(robot_->global()), robot_->global().map().classes());
-  if (config_.frames != FrameMode::kGiven) json["frames"] = to_json(frames_.view());
+  json["frames"] = to_json(frames_.view());
   json["memory"] = memory_json();
   if (archive_) json["window"] = to_json(window_);
   if (kept_) json["submaps"] = submaps_json();

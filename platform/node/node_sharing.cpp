@@ -38,7 +38,7 @@ void Node::after_tick(std::int64_t now_us) {
   take_corrections(now_us);
   if (earlier_) earlier_->tick(robot_->sharer(), now_us, robot_->exchange().report().records_taken);
   sessions_.tick(robot_->sharer());
-  frames_.look(robot_->sharer().shared_frames(), now_us, sharing_log_);
+  frames_.look(robot_->sharer(), config_.robot, now_us, sharing_log_);
   say_status(now_us);
   hear_statuses(now_us);
   listen_for_scans(now_us);
