@@ -39,6 +39,7 @@ Result<BlockSums> BlockSums::make(Arena& arena, const GlobalMapConfig& config, i
   made.scratch_ = scratch;
   made.taken_ = arena.take<VoxelCoord>(kBlockVoxels);
   made.next_ = arena.take<std::int16_t>(kBlockVoxels);
+  made.holder_ = arena.take<std::uint8_t>(kBlockVoxels);
   made.first_ = arena.take<std::int16_t>(kBlockVoxels);
   made.free_weight_ = config.map.free_weight;
   made.holders_ = arena.take<std::uint8_t>(kBlockVoxels);
@@ -135,9 +136,9 @@ std::uint64_t BlockSums::add_blocks(const Source& source, Slot slot, Adder& adde
       source.contribution.T_global_local.local_blocks(source.block);
   if (!source.contribution.may_have(range)) return 1;
   if (!source.contribution.T_global_local.shift_only()) {
-    for (int row = 0; row < kBlockVoxels; ++row)
-      taken_[static_cast<std::size_t>(row)] =
-          source.contribution.T_global_local.to_local(voxel_of_row(source.block, row));
+    source.contribution.T_global_local.to_local(source.block, taken_);
+    for (std::size_t row = 0; row < taken_.size(); ++row)
+      holder_[row] = place_in(range.first, block_of(taken_[row]));
   }
   std::uint64_t work = 0;
   for (std::int32_t z = range.first.z; z <= range.last.z; ++z)

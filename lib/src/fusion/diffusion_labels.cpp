@@ -16,11 +16,6 @@ constexpr float kBehind = 1.0F / 16.0F;
 /// As how much evidence a witness counts at most: what was seen often does not decide alone.
 constexpr float kHeard = 2.0F;
 
-/// Of equal ones the first is the label.
-bool is_ahead(const float* z, std::size_t lane, std::size_t of) noexcept {
-  return z[lane] > z[of] || (z[lane] == z[of] && lane < of);
-}
-
 /// Puts one class before all others: what is above a level goes to that class, which is then at
 /// this level, too, and a bit higher. The sum stays. At least one class is ahead of it.
 /// O(lanes * classes above the level).
@@ -72,9 +67,8 @@ bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane, std::size_t by,
     const std::int32_t x = v.x - row.width;
     const std::uint64_t nodes = nodes_from(rows_[at], x) & row.mask;
     if (nodes == 0) continue;
-    const std::size_t first = at * static_cast<std::size_t>(edge_[0]) + static_cast<std::size_t>(x);
     // Nodes of a row are numbered one after the other.
-    std::size_t node = node_of_cell_[first + static_cast<std::size_t>(std::countr_zero(nodes))];
+    std::size_t node = nodes_before(at, x);
     for (int count = count_ones(nodes); count != 0; --count, ++node) {
       const float sum = nodes_[node].sum;
       const float heard = std::min(sum, kHeard);
@@ -86,21 +80,24 @@ bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane, std::size_t by,
   return 3.0F * same <= all && 5.0F * other >= 2.0F * all;
 }
 
+/// Of a node of which another label than its own is ahead.
 void DiffusionBrick::keep_label(std::size_t at, VoxelCoord v, std::uint64_t& work) noexcept {
   float* const z = result_ + at * stride_;
-  const std::size_t own = voices_[at].label;
-  std::size_t leader = own;
-  for (std::size_t lane = 0; lane < lanes_; ++lane) {
-    if (is_ahead(z, lane, leader)) leader = lane;
-  }
-  if (leader != own && !is_outvoted(v, own, leader, work)) put_first(z, own, lanes_);
+  if (!is_outvoted(v, labels_[at], nodes_[at].leader, work)) put_first(z, labels_[at], lanes_);
+  float total = 0.0F;
+  for (std::size_t lane = 0; lane < lanes_; ++lane) total += z[lane];
+  const float scale = nodes_[at].sum / total;
+  for (std::size_t lane = 0; lane < lanes_; ++lane) z[lane] *= scale;
 }
 
 DiffusionBrick::NodeResult DiffusionBrick::result(VoxelCoord node, std::uint64_t& work) noexcept {
-  const VoxelCoord v = node - origin_;
-  const std::size_t at = node_of_cell_[cell_at(v.x, v.y, v.z)];
-  if (config_.mode == DiffusionMode::kContractive && iterations() != 0) keep_label(at, v, work);
-  return {result_ + at * stride_, nodes_[at].sum, nodes_[at].change};
+  const std::size_t at = node_at(node);
+  Node& here = nodes_[at];
+  if (here.leader != labels_[at]) {
+    keep_label(at, node - origin_, work);
+    here.leader = labels_[at];
+  }
+  return {result_ + at * stride_, here.sum, here.change};
 }
 
 }  // namespace tessera

@@ -63,11 +63,16 @@ template <std::size_t kEights, std::size_t kFours>
     const DiffusionNode& node = run.nodes[at];
     Sums<Eight, kEights> wide{};
     Sums<Four, kFours> narrow{};
-    const DiffusionEdge* const edges = run.edges + node.first_edge;
-    for (std::uint32_t i = 0; i < node.edges; ++i) {
-      const float* const z = from + edges[i].node * run.stride;
-      wide.add(z, edges[i].weight);
-      narrow.add(z + kWide, edges[i].weight);
+    const std::uint32_t* edge = run.edges + node.first_edge;
+    const float* weight = run.weights + node.first_edge;
+    const std::uint32_t* const end = edge + node.edges;
+    // By fours: what those behind the last one weigh, nothing, changes no sum.
+    for (; edge < end; edge += 4, weight += 4) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        const float* const z = from + edge[i];
+        wide.add(z, weight[i]);
+        narrow.add(z + kWide, weight[i]);
+      }
     }
     const std::size_t place = at * run.stride + lane;
     const float* const b = run.sums + place;

@@ -19,7 +19,6 @@ Result<FusedBlock> FusedBlock::make(Arena& arena, const GlobalMapConfig& config,
   made.omega_ = config.diffusion.omega;
   made.free_weight_ = config.map.free_weight;
   made.prior_ = config.map.prior;
-  made.keeps_evidence_ = config.diffusion.mode == DiffusionMode::kContractive;
   return made;
 }
 
@@ -75,11 +74,8 @@ NodeStatistics FusedBlock::diffuse(BlockCoord block, DiffusionBrick& brick,
 void FusedBlock::diffuse_node(int row, const DiffusionBrick::NodeResult& result,
                               std::span<const std::uint8_t> lanes,
                               NodeStatistics& statistics) noexcept {
-  float total = 0.0F;
-  for (std::size_t lane = 0; lane < lanes.size(); ++lane) total += result.z[lane];
-  const float scale = keeps_evidence_ ? result.sum / total : 1.0F;
   for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
-    const float sigma = result.z[lane] * scale;
+    const float sigma = result.sigma[lane];
     if (sigma > 0.0F) content_.set(lanes[lane], row, sigma);
   }
   if (result.sum > statistics.largest_sum) statistics.largest_sum = result.sum;

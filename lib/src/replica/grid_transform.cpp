@@ -3,7 +3,9 @@
 #include "tessera/replica/grid_transform.hpp"
 
 #include <cmath>
+#include <cstring>
 
+#include "tessera/base/internal/lanes.hpp"
 #include "tessera/base/rigid.hpp"
 
 namespace tessera {
@@ -91,6 +93,82 @@ Matrix34d GridTransform::in_metres(double resolution_m) const noexcept {
   Matrix34d T = in_voxels();
   for (int row = 0; row < 3; ++row) T(row, 3) *= resolution_m;
   return T;
+}
+
+namespace {
+
+/// floor_to_int of both.
+void floor_two(const Double2& value, std::int32_t* to) noexcept {
+  using Int2 = std::int32_t __attribute__((vector_size(8)));
+  const Int2 truncated = __builtin_convertvector(value, Int2);
+  const Long2 is_above = __builtin_convertvector(truncated, Double2) > value;
+  const Int2 floor = truncated + __builtin_convertvector(is_above, Int2);
+  std::memcpy(to, &floor, sizeof(floor));
+}
+
+}  // namespace
+
+/// As to_local() of each, in the same order of sums, and what voxels share is computed once.
+void GridTransform::to_local(BlockCoord global, std::span<VoxelCoord> rows) const noexcept {
+  constexpr auto kEdge = static_cast<std::size_t>(kBlockEdge);
+  const VoxelCoord corner = voxel_at(global, 0, 0);
+  std::array<std::array<std::int32_t, kBlockVoxels>, 3> local;  // NOLINT: all of it is written
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::array<Double2, kEdge / 2> of_x;  // NOLINT: all of it is written
+    for (std::size_t i = 0; i < of_x.size(); ++i) {
+      const auto first = static_cast<std::int32_t>(2 * i);
+      of_x[i] = Double2{r_[axis] * (corner.x + first + 0.5 - t_[0]),
+                        r_[axis] * (corner.x + first + 1 + 0.5 - t_[0])};
+    }
+    std::int32_t* to = local[axis].data();
+    for (std::int32_t z = 0; z < kBlockEdge; ++z) {
+      const double of_z = r_[6 + axis] * (corner.z + z + 0.5 - t_[2]);
+      for (std::int32_t y = 0; y < kBlockEdge; ++y) {
+        const double of_y = r_[3 + axis] * (corner.y + y + 0.5 - t_[1]);
+        for (const Double2& two : of_x) {
+          floor_two((two + Double2{of_y, of_y}) + Double2{of_z, of_z}, to);
+          to += 2;
+        }
+      }
+    }
+  }
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    rows[row] = {local[0][row], local[1][row], local[2][row]};
+}
+
+GridTransform::BoxCorners GridTransform::box_corners(VoxelCoord local,
+                                                     Centroid centroid) const noexcept {
+  using Ends = std::array<double, 2>;
+  const std::array<int, 3> levels = centroid.levels();
+  const auto ends_of = [](std::int32_t voxel, int level) {
+    constexpr float kFace = 0.001F;
+    const float middle = Centroid::middle_of(level);
+    const float low = middle - kHalfBox;
+    const float high = middle + kHalfBox;
+    return Ends{voxel + static_cast<double>(low < kFace ? kFace : low),
+                voxel + static_cast<double>(high > 1.0F - kFace ? 1.0F - kFace : high)};
+  };
+  const Ends x = ends_of(local.x, levels[0]);
+  const Ends y = ends_of(local.y, levels[1]);
+  const Ends z = ends_of(local.z, levels[2]);
+  std::array<std::array<std::int32_t, kBoxCorners>, 3> corners;  // NOLINT: all of it is written
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double* const r = &r_[3 * axis];
+    const Double2 of_x = Double2{r[0], r[0]} * Double2{x[0], x[1]};
+    const Double2 t{t_[axis], t_[axis]};
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double of_z = r[2] * z[k];
+      for (std::size_t j = 0; j < 2; ++j) {
+        const double of_y = r[1] * y[j];
+        floor_two(((of_x + Double2{of_y, of_y}) + Double2{of_z, of_z}) + t,
+                  &corners[axis][4 * k + 2 * j]);
+      }
+    }
+  }
+  BoxCorners result;
+  for (std::size_t i = 0; i < result.size(); ++i)
+    result[i] = {corners[0][i], corners[1][i], corners[2][i]};
+  return result;
 }
 
 GridTransform::VoxelBox GridTransform::around(const std::array<double, 3>& center,

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "tessera/grid/centroid.hpp"
 #include "tessera/grid/lattice.hpp"
@@ -44,6 +45,9 @@ class GridTransform {
             floor_to_int(r_[1] * x + r_[4] * y + r_[7] * z),
             floor_to_int(r_[2] * x + r_[5] * y + r_[8] * z)};
   }
+
+  /// The same for all voxels of a block, by row order, where shift_only() is false. O(512).
+  void to_local(BlockCoord global, std::span<VoxelCoord> rows) const noexcept;
 
   /// Calls visit(VoxelCoord) for the global voxels that get a local voxel's evidence: those that
   /// take it, in the order of (z, y, x), or the one that it goes to. At most eight.
@@ -83,32 +87,14 @@ class GridTransform {
   static constexpr int kBoxCorners = 8;
   /// Of the box's edge, before it is cut off at the voxel's faces; voxels.
   static constexpr float kHalfBox = 0.18F;
-  /// Calls visit(VoxelCoord) for the global voxel that contains each corner, where shift_only() is
-  /// false. centroid: known.
+  using BoxCorners = std::array<VoxelCoord, kBoxCorners>;
+  /// The global voxel that contains each corner, where shift_only() is false, in the order of (z, y,
+  /// x). centroid: known.
+  [[nodiscard]] BoxCorners box_corners(VoxelCoord local, Centroid centroid) const noexcept;
+  /// Calls visit(VoxelCoord) for each of them.
   template <class Visit>
   void for_box_corners(VoxelCoord local, Centroid centroid, Visit&& visit) const noexcept {
-    using Ends = std::array<double, 2>;
-    const std::array<int, 3> levels = centroid.levels();
-    const auto ends_of = [](std::int32_t voxel, int level) {
-      constexpr float kFace = 0.001F;
-      const float middle = Centroid::middle_of(level);
-      const float low = middle - kHalfBox;
-      const float high = middle + kHalfBox;
-      return Ends{voxel + static_cast<double>(low < kFace ? kFace : low),
-                  voxel + static_cast<double>(high > 1.0F - kFace ? 1.0F - kFace : high)};
-    };
-    const Ends x = ends_of(local.x, levels[0]);
-    const Ends y = ends_of(local.y, levels[1]);
-    const Ends z = ends_of(local.z, levels[2]);
-    for (std::size_t k = 0; k < 2; ++k) {
-      for (std::size_t j = 0; j < 2; ++j) {
-        for (std::size_t i = 0; i < 2; ++i) {
-          visit(VoxelCoord{floor_to_int(r_[0] * x[i] + r_[1] * y[j] + r_[2] * z[k] + t_[0]),
-                           floor_to_int(r_[3] * x[i] + r_[4] * y[j] + r_[5] * z[k] + t_[1]),
-                           floor_to_int(r_[6] * x[i] + r_[7] * y[j] + r_[8] * z[k] + t_[2])});
-        }
-      }
-    }
+    for (const VoxelCoord corner : box_corners(local, centroid)) visit(corner);
   }
 
   /// The centre of a local voxel, in units of global voxels.

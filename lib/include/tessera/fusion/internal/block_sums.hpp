@@ -38,7 +38,7 @@ class BlockSums {
     return RobotShare::required_bytes(num_components, config.replicas.contributions) +
            SessionShare::required_bytes(num_components, config.replicas.contributions) +
            arena_bytes<std::uint8_t>(kBlockVoxels) + arena_bytes<VoxelCoord>(kBlockVoxels) +
-           2 * arena_bytes<std::uint8_t>(kBlockVoxels) + 2 * arena_bytes<float>(kBlockVoxels) +
+           3 * arena_bytes<std::uint8_t>(kBlockVoxels) + 2 * arena_bytes<float>(kBlockVoxels) +
            2 * arena_bytes<std::int16_t>(kBlockVoxels) + arena_bytes<Turned>(1) +
            arena_bytes<float>(static_cast<std::size_t>(num_components)) +
            Opinions::required_bytes(most_robots(config.replicas), num_components);
@@ -103,6 +103,11 @@ class BlockSums {
                             BlockCoord local, Adder& adder) noexcept;
   /// Whether any robot objects to what a contribution has in the block.
   static std::uint64_t look_for_objections(const Source& source, Slot slot, bool& any) noexcept;
+  /// Where a block is in a range, from the first of its blocks, of three on an axis at most.
+  [[nodiscard]] static std::uint8_t place_in(BlockCoord first, BlockCoord block) noexcept {
+    return static_cast<std::uint8_t>((block.x - first.x) + 3 * (block.y - first.y) +
+                                     9 * (block.z - first.z));
+  }
   void count_holders(const Replicas& replicas, BlockCoord block, Added& added) noexcept;
   void count_objectors(const Source& source, const Replicas::Replica& replica) noexcept;
   [[nodiscard]] bool is_objected(int row, int target) noexcept;
@@ -135,6 +140,7 @@ class BlockSums {
   VoxelMask disputed_{};
   // Of the current contribution, and of its local block: by rows of the block that is added up.
   std::span<VoxelCoord> taken_;    ///< The local voxel that each voxel takes.
+  std::span<std::uint8_t> holder_;  ///< Where that one's block is among those that may go here.
   std::span<std::int16_t> next_;   ///< The next voxel that takes the same one; -1: none.
   std::span<std::int16_t> first_;  ///< By rows of the local block: the first that takes it.
   Turned* turned_ = nullptr;

@@ -12,6 +12,7 @@
 #include "tessera/base/arena.hpp"
 #include "tessera/base/internal/lanes.hpp"
 #include "tessera/fusion/diffusion_config.hpp"
+#include "tessera/fusion/internal/diffusion_links.hpp"
 #include "tessera/fusion/internal/diffusion_spread.hpp"
 #include "tessera/fusion/internal/diffusion_stencil.hpp"
 #include "tessera/grid/lattice.hpp"
@@ -33,7 +34,7 @@ class DiffusionBrick {
   static constexpr int kMostEdge = kMostBlocks * kBlockEdge + 2 * DiffusionConfig::kMostHalo;
 
   /// Memory for all nodes that one block may depend on, with all classes and edges, and for
-  /// 40,000 with 12 classes and 14 edges each where that is more.
+  /// 40,000 with 12 classes and 16 edges each where that is more.
   [[nodiscard]] static constexpr std::size_t required_bytes(const DiffusionConfig& config,
                                                             double resolution_m,
                                                             int num_components) noexcept;
@@ -73,7 +74,7 @@ class DiffusionBrick {
     return node_count_ <= nodes_.size() && 3 * node_count_ * stride_ <= floats_.size();
   }
   /// Numbers the nodes, all with sums zero. They must fit: those of one block always do.
-  /// O(edge^2 + nodes * classes).
+  /// O(edge^2 + rows with nodes * edge + nodes * classes).
   void number_nodes() noexcept;
   /// B of a node, by lanes, to be set.
   [[nodiscard]] float* sums_of(VoxelCoord node) noexcept { return sums_ + node_at(node) * stride_; }
@@ -90,7 +91,7 @@ class DiffusionBrick {
 
   /// A node of the box after the last iteration.
   struct NodeResult {
-    const float* z = nullptr;  ///< By lane.
+    const float* sigma = nullptr;  ///< What it has in the map, by lane.
     float sum = 0.0F;          ///< |B|
     float change = 0.0F;       ///< |Z_n - Z_{n-1}|
   };
@@ -104,23 +105,7 @@ class DiffusionBrick {
   }
 
  private:
-  /// What a node's edges depend on.
-  struct Voice {
-    float inverse = 0.0F;     ///< 1 / |B|
-    float sure = 0.0F;        ///< How sure its label is, 0 to 1.
-    float loudness = 0.0F;    ///< What it gives of its evidence, 0 to 1.
-    std::uint32_t label = 0;  ///< Lane.
-  };
   using Node = DiffusionNode;
-  using Edge = DiffusionEdge;
-  /// A neighbour, by its distance in the grid of nodes.
-  struct Offset {
-    std::int8_t dx = 0;
-    std::int8_t dy = 0;
-    std::int8_t dz = 0;
-    float weight = 0.0F;
-    std::int32_t cells = 0;
-  };
   /// Voxels along x around a node.
   struct WitnessRow {
     std::int8_t dy = 0;
@@ -131,40 +116,49 @@ class DiffusionBrick {
   };
   /// Nodes of a row along x, a bit each.
   using Row = std::array<std::uint64_t, (kMostEdge + 63) / 64>;
-  static constexpr std::size_t kRows = std::size_t{kMostEdge} * kMostEdge;
+  /// One more than there are, as a word of a row may be read from any of its bytes on.
+  static constexpr std::size_t kRows = std::size_t{kMostEdge} * kMostEdge + 1;
+  /// Behind the last node, as nodes are read four at a time.
+  static constexpr std::size_t kBehindNodes = 3;
+  static constexpr std::size_t kBehindFloats = kBehindNodes * kMaxComponents;
   struct Capacity {
     std::size_t cells = 0;
     std::size_t nodes = 0;
     std::size_t floats = 0;
     std::size_t edges = 0;
-    std::size_t offsets = 0;
+    std::size_t links = 0;      ///< Groups of cells.
     std::size_t witnesses = 0;  ///< Rows.
   };
-  static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
+  /// Cells of a row and one more, in whole bytes of its bits.
+  [[nodiscard]] static constexpr std::size_t width_of(std::size_t edge) noexcept {
+    return align_up(edge + 1, 8);
+  }
   [[nodiscard]] static constexpr Capacity capacity_of(const DiffusionConfig& config,
                                                       const DiffusionStencil& stencil,
                                                       int num_components) noexcept;
   [[nodiscard]] std::size_t row_at(std::int32_t y, std::int32_t z) const noexcept {
     return static_cast<std::size_t>(z * edge_[1] + y);
   }
-  [[nodiscard]] std::size_t cell_at(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
-    return row_at(y, z) * static_cast<std::size_t>(edge_[0]) + static_cast<std::size_t>(x);
+  [[nodiscard]] bool has_nodes(std::size_t row) const noexcept {
+    return (rows_[row][0] | rows_[row][1]) != 0;
+  }
+  /// Nodes before a cell of a row that has nodes.
+  [[nodiscard]] std::size_t nodes_before(std::size_t row, std::int32_t x) const noexcept {
+    return first_[row] + ranks_[row * width_ + static_cast<std::size_t>(x)];
   }
   [[nodiscard]] std::size_t node_at(VoxelCoord voxel) const noexcept {
     const VoxelCoord v = voxel - origin_;
-    return node_of_cell_[cell_at(v.x, v.y, v.z)];
+    return nodes_before(row_at(v.y, v.z), v.x);
   }
-  template <class Number>
-  void number_cells(Number&& number) noexcept;
+  std::size_t rank_row(std::size_t row) noexcept;
   void describe_nodes() noexcept;
+  template <class Term>
+  void describe_by(Term&& term) noexcept;
   [[nodiscard]] int iterations() const noexcept;
-  template <EdgeTerm kTerm>
-  float weigh(const Voice& own, std::span<Edge> edges) const noexcept;
-  [[nodiscard]] float weigh_edges(const Voice& own, std::span<Edge> edges) const noexcept;
-  template <class Visit>
-  void for_nodes(int margin, Visit&& visit) const noexcept;
   [[nodiscard]] bool link_nodes() noexcept;
-  [[nodiscard]] bool link(std::size_t at, std::size_t cell) noexcept;
+  [[nodiscard]] bool link_row(LinkTask& task, std::int32_t y, std::int32_t z,
+                              LinkEnd& end) noexcept;
+  [[nodiscard]] static Row cells_within(int from, int to) noexcept;
   template <class Visit>
   void for_runs(int margin, Visit&& visit) const noexcept;
   std::uint64_t step(const float* from, float* to, int margin) noexcept;
@@ -172,21 +166,29 @@ class DiffusionBrick {
   void keep_label(std::size_t at, VoxelCoord v, std::uint64_t& work) noexcept;
   [[nodiscard]] bool is_outvoted(VoxelCoord v, std::size_t lane, std::size_t by,
                                  std::uint64_t& work) const noexcept;
-  void note_changes(const float* before, const float* after, int margin) noexcept;
+  void conclude(const float* before, float* after) noexcept;
+  void conclude_four(const float* before, float* after, std::size_t nodes,
+                     Node* into) const noexcept;
 
   DiffusionConfig config_{};
   int halo_ = 0;
   int reach_ = 0;  ///< Of an iteration.
   std::span<Row> rows_;
-  std::span<std::uint32_t> node_of_cell_;
-  std::span<Offset> offsets_;
-  std::span<WitnessRow> witnesses_;
-  std::span<Voice> voices_;
+  std::span<std::uint8_t> ranks_;   ///< Nodes of its row before each cell, where it has any.
+  std::size_t width_ = 0;           ///< Of a row of them.
   std::span<std::uint32_t> first_;  ///< Nodes before the row.
+  std::span<LinkCells> links_;
+  std::span<LinkWeights> link_weights_;
+  std::span<LinkRow> linked_rows_;  ///< Of the row whose nodes are linked.
+  std::span<WitnessRow> witnesses_;
   std::span<float> floats_;
   std::span<Node> nodes_;
-  std::span<Edge> edges_;
-  bool numbered_ = false;  ///< Cells have numbers of nodes.
+  std::span<float> sure_;            ///< How sure a node's label is, 0 to 1.
+  std::span<float> loudness_;        ///< What it gives of its evidence, 0 to 1.
+  std::span<std::uint32_t> labels_;  ///< Of B; lanes.
+  std::span<std::uint32_t> edges_;   ///< As DiffusionRun has them.
+  std::span<float> weights_;
+  std::size_t most_edges_ = 0;  ///< Of a node, in fours.
   std::size_t node_count_ = 0;
   std::size_t edge_count_ = 0;
   float* sums_ = nullptr;  ///< B, then the two Z in turn: by node and lane.
@@ -219,19 +221,21 @@ constexpr DiffusionBrick::Capacity DiffusionBrick::capacity_of(const DiffusionCo
   // A block alone always fits; what is mostly there, surfaces with few classes, in larger boxes.
   constexpr std::size_t kNodes = 40000;
   constexpr std::size_t kLanes = 12;
-  constexpr std::size_t kEdges = 14;
+  constexpr std::size_t kEdges = 16;
   const std::size_t cube = edge * edge * edge;
   const std::size_t lanes = align_up(static_cast<std::size_t>(num_components - 2), 4);
-  const auto most_edges = static_cast<std::size_t>(halo > 0 ? stencil.edges() : 0);
+  const std::size_t most_edges =
+      align_up(static_cast<std::size_t>(halo > 0 ? stencil.edges() : 0), 4);
   const auto most_edge = static_cast<std::size_t>(kMostBlocks * kBlockEdge + 2 * halo);
-  capacity.cells = most_edge * most_edge * most_edge;
+  capacity.cells = width_of(most_edge) * most_edge * most_edge;
   capacity.nodes = std::max(cube, kNodes);
   capacity.floats = 3 * std::max(cube * lanes, kNodes * std::min(lanes, kLanes));
-  capacity.offsets = static_cast<std::size_t>(stencil.edges()) + 1;
+  capacity.links = 1;
+  stencil.for_links([&](const LinkCells&) { ++capacity.links; });
   capacity.witnesses = 1;
   stencil.for_witnesses([&](int, int, int) { ++capacity.witnesses; });
   capacity.edges =
-      std::max(cube * most_edges, kNodes * std::min(most_edges, kEdges)) + capacity.offsets + 1;
+      std::max(cube * most_edges, kNodes * std::min(most_edges, kEdges)) + LinkTask::kBehind;
   return capacity;
 }
 
@@ -241,10 +245,12 @@ constexpr std::size_t DiffusionBrick::required_bytes(const DiffusionConfig& conf
   const DiffusionStencil stencil(static_cast<double>(config.length_m) / resolution_m);
   const Capacity capacity = capacity_of(config, stencil, num_components);
   return arena_bytes<Row>(kRows) + arena_bytes<std::uint32_t>(kRows) +
-         arena_bytes<std::uint32_t>(capacity.cells) + arena_bytes<Offset>(capacity.offsets) +
-         arena_bytes<WitnessRow>(capacity.witnesses) + arena_bytes<float>(capacity.floats) +
-         arena_bytes<Node>(capacity.nodes) + arena_bytes<Voice>(capacity.nodes) +
-         arena_bytes<Edge>(capacity.edges);
+         arena_bytes<std::uint8_t>(capacity.cells) + arena_bytes<LinkCells>(capacity.links) +
+         arena_bytes<LinkWeights>(capacity.links) + arena_bytes<LinkRow>(capacity.links) + arena_bytes<WitnessRow>(capacity.witnesses) +
+         arena_bytes<float>(capacity.floats + kBehindFloats) + arena_bytes<Node>(capacity.nodes) +
+         2 * arena_bytes<float>(capacity.nodes + kBehindNodes) +
+         arena_bytes<std::uint32_t>(capacity.nodes + kBehindNodes) +
+         arena_bytes<std::uint32_t>(capacity.edges) + arena_bytes<float>(capacity.edges);
 }
 
 }  // namespace tessera

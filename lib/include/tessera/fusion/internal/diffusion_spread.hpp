@@ -18,18 +18,18 @@ struct DiffusionNode {
   float change = 0.0F;
   std::uint32_t first_edge = 0;
   std::uint32_t edges = 0;
-};
-/// From a node to one of its neighbours.
-struct DiffusionEdge {
-  std::uint32_t node;
-  float weight;
+  std::uint32_t edges_before = 0;  ///< Of all nodes before.
+  std::uint32_t leader = 0;        ///< The lane with the most after the last iteration.
 };
 
 /// Nodes that are numbered one after the other, and what an iteration reads and writes of them.
 /// Z and B: by node and lane, stride floats a node.
 struct DiffusionRun {
   const DiffusionNode* nodes = nullptr;
-  const DiffusionEdge* edges = nullptr;
+  /// The neighbours' places in Z. Each node's edges are filled up to a whole number of fours by
+  /// some with the weight 0.
+  const std::uint32_t* edges = nullptr;
+  const float* weights = nullptr;  ///< Of edges.
   const float* from = nullptr;  ///< Z
   const float* sums = nullptr;  ///< B
   float* to = nullptr;          ///< Z of the next iteration.

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "tessera/fusion/diffusion_config.hpp"
+#include "tessera/fusion/internal/diffusion_links.hpp"
 #include "tessera/inference/kernel.hpp"
 
 namespace tessera {
@@ -29,6 +30,25 @@ class DiffusionStencil {
         }
       }
     }
+  }
+  /// Calls visit(cells) for all edges, those to cells beside each other together, in the same order.
+  template <class Visit>
+  constexpr void for_links(Visit&& visit) const noexcept {
+    LinkCells cells;
+    for_edges([&](int dx, int dy, int dz, float weight) {
+      const bool goes_on = cells.cells != 0 && cells.cells != LinkCells::kMost && cells.dy == dy &&
+                           cells.dz == dz && cells.dx + cells.cells == dx;
+      if (!goes_on) {
+        if (cells.cells != 0) visit(cells);
+        cells = {static_cast<std::int8_t>(dx),
+                 static_cast<std::int8_t>(dy),
+                 static_cast<std::int8_t>(dz),
+                 0,
+                 {}};
+      }
+      cells.weights[cells.cells++] = weight;
+    });
+    if (cells.cells != 0) visit(cells);
   }
 
   /// The largest offset on an axis of a witness; 0 if there are no edges.

@@ -46,7 +46,6 @@ class FusedBlock {
   float omega_ = 1.0F;
   float free_weight_ = 0.0F;
   double prior_ = 0.0;
-  bool keeps_evidence_ = true;
 };
 
 }  // namespace tessera
