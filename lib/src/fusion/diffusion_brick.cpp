@@ -79,6 +79,42 @@ void DiffusionBrick::begin(const BlockBox& box, std::uint64_t classes) noexcept 
   stride_ = align_up(lanes_, 4);
 }
 
+VoxelMask DiffusionBrick::contained(BlockCoord block) const noexcept {
+  const VoxelCoord corner = voxel_at(block, 0, 0) - origin_;
+  const auto cells = [this](std::int32_t from, std::size_t axis) {
+    std::uint64_t bits = 0;
+    for (std::int32_t i = 0; i < kBlockEdge; ++i)
+      bits |= std::uint64_t{from + i >= 0 && from + i < edge_[axis] ? 1U : 0U} << i;
+    return bits;
+  };
+  const std::uint64_t x = cells(corner.x, 0);
+  const std::uint64_t y = cells(corner.y, 1);
+  const std::uint64_t z = cells(corner.z, 2);
+  std::uint64_t slice = 0;
+  for (unsigned i = 0; i < kBlockEdge; ++i) slice |= ((y >> i) & 1U) != 0 ? x << (8 * i) : 0U;
+  VoxelMask mask{};
+  for (unsigned i = 0; i < kBlockEdge; ++i) mask[i] = ((z >> i) & 1U) != 0 ? slice : 0U;
+  return mask;
+}
+
+void DiffusionBrick::mark(BlockCoord block, const VoxelMask& nodes) noexcept {
+  const VoxelCoord corner = voxel_at(block, 0, 0) - origin_;
+  for (std::int32_t z = 0; z < kBlockEdge; ++z) {
+    std::uint64_t slice = nodes[static_cast<std::size_t>(z)];
+    node_count_ += static_cast<std::size_t>(count_ones(slice));
+    for (std::int32_t y = corner.y; slice != 0; ++y, slice >>= 8U) {
+      std::uint64_t bits = slice & 0xffU;
+      if (bits == 0) continue;
+      // Those of a block that begins before the brick are farther to the right.
+      bits >>= corner.x < 0 ? static_cast<unsigned>(-corner.x) : 0U;
+      const auto x = static_cast<unsigned>(std::max(corner.x, 0));
+      Row& row = rows_[row_at(y, corner.z + z)];
+      row[x / 64] |= bits << (x % 64);
+      if (x % 64 > 56) row[x / 64 + 1] |= bits >> (64 - x % 64);
+    }
+  }
+}
+
 /// Counts the nodes before each cell of a row, eight cells at a time. Returns how many it has.
 std::size_t DiffusionBrick::rank_row(std::size_t row) noexcept {
   constexpr std::uint64_t kEach = 0x0101010101010101U;

@@ -70,9 +70,8 @@ void DiffusionBrick::describe_nodes() noexcept {
         return all_lanes(kLeastSimilarity) + all_lanes(1.0F - kLeastSimilarity) * common;
       });
     case EdgeTerm::kConfidence:
-      return describe_by([](std::size_t, const Float4& common, const Int4&) {
-        return all_lanes(1.0F) - common;
-      });
+      return describe_by(
+          [](std::size_t, const Float4& common, const Int4&) { return all_lanes(1.0F) - common; });
   }
 }
 

@@ -44,9 +44,7 @@ struct FourNodes {
     most = counts > most ? counts : most;
     leader = (Int4{number, number, number, number} & is_more) | (leader & ~is_more);
   }
-  void store_leaders(std::uint32_t* to) const noexcept {
-    std::memcpy(to, &leader, sizeof(leader));
-  }
+  void store_leaders(std::uint32_t* to) const noexcept { std::memcpy(to, &leader, sizeof(leader)); }
 };
 
 }  // namespace tessera

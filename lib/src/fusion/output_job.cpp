@@ -48,47 +48,53 @@ bool OutputJob::gather(const GlobalRecords& records, SumStore& sums, const Block
   const std::span<const std::uint32_t> found = find_sums(records, box, classes);
   work += near_.size();
   brick_.begin(box, classes);
-  // Calls begin(voxel) for each that the brick contains, and label(component, sum) for its classes.
-  const auto for_sums = [&](auto&& begin, auto&& label) {
+  // Calls begin(block, its sums) for each block, label(row, component, sum) for its voxels'
+  // classes, and end().
+  const auto for_sums = [&](auto&& begin, auto&& label, auto&& end) {
     for (const std::uint32_t number : found) {
       if (!brick_.fits()) return false;
       const StoredSums& stored = records.at(number).sums;
-      const BlockCoord block = records.block_of(number);
-      bool contained = false;
+      begin(records.block_of(number));
       work += unpack_block(
           sums.read(stored),
-          [&](int row, Centroid) {
-            const VoxelCoord voxel = voxel_of_row(block, row);
-            contained = brick_.contains(voxel);
-            if (contained) begin(voxel);
-          },
-          [&](int, int component, float sum) {
-            if (contained && ((stored.classes >> static_cast<unsigned>(component)) & 1U) != 0)
-              label(component, sum);
+          [&](int row, int component, float sum) {
+            if (((stored.classes >> static_cast<unsigned>(component)) & 1U) != 0)
+              label(row, component, sum);
           },
           [](int, unsigned) {});
+      end();
     }
     return brick_.fits();
   };
-  VoxelCoord at;
-  bool is_new = false;
-  const auto begin = [&](VoxelCoord voxel) {
-    at = voxel;
-    is_new = true;
+  BlockCoord block;
+  VoxelMask contained{};
+  VoxelMask nodes{};
+  const auto begin_marking = [&](BlockCoord next) {
+    block = next;
+    nodes = {};
   };
-  const auto mark = [&](int, float) {
-    if (is_new) brick_.mark(at);
-    is_new = false;
+  const auto mark = [&](int row, int, float) { add_row(nodes, row); };
+  const auto end_marking = [&] {
+    contained = brick_.contained(block);
+    for (std::size_t z = 0; z < nodes.size(); ++z) nodes[z] &= contained[z];
+    brick_.mark(block, nodes);
   };
-  if (!for_sums(begin, mark)) return false;
+  if (!for_sums(begin_marking, mark, end_marking)) return false;
   brick_.number_nodes();
+  int last_row = -1;
   float* lanes = nullptr;
-  const auto set = [&](int component, float sum) {
-    if (is_new) lanes = brick_.sums_of(at);
-    is_new = false;
+  const auto begin_setting = [&](BlockCoord next) {
+    block = next;
+    contained = brick_.contained(block);
+    last_row = -1;
+  };
+  const auto set = [&](int row, int component, float sum) {
+    if (!has_row(contained, row)) return;
+    if (row != last_row) lanes = brick_.sums_of(voxel_of_row(block, row));
+    last_row = row;
     lanes[brick_.lane_of(component)] = sum;
   };
-  return for_sums(begin, set);
+  return for_sums(begin_setting, set, [] {});
 }
 
 namespace {

@@ -24,9 +24,11 @@ struct RandomGraph {
       node.first_edge = static_cast<std::uint32_t>(edges.size());
       node.edges = static_cast<std::uint32_t>(random.below(20));
       node.share = static_cast<float>(random.uniform(0.0, 1.0));
-      for (std::uint32_t i = 0; i < node.edges; ++i)
-        edges.push_back({static_cast<std::uint32_t>(random.below(static_cast<int>(kNodes))),
-                         static_cast<float>(random.uniform(0.0, 1.0))});
+      for (std::uint32_t i = 0; i < node.edges || edges.size() % 4 != 0; ++i) {
+        const auto other = static_cast<std::size_t>(random.below(static_cast<int>(kNodes)));
+        edges.push_back(static_cast<std::uint32_t>(other * stride));
+        weights.push_back(i < node.edges ? static_cast<float>(random.uniform(0.0, 1.0)) : 0.0F);
+      }
     }
     for (std::size_t i = 0; i < kNodes * stride; ++i) {
       z.push_back(static_cast<float>(random.uniform(0.0, 50.0)));
@@ -38,6 +40,7 @@ struct RandomGraph {
     std::vector<float> to(kNodes * stride, kUnset);
     const DiffusionRun run{.nodes = nodes.data(),
                            .edges = edges.data(),
+                           .weights = weights.data(),
                            .from = z.data(),
                            .sums = sums.data(),
                            .to = to.data(),
@@ -52,7 +55,8 @@ struct RandomGraph {
 
   std::size_t stride;
   std::vector<DiffusionNode> nodes = std::vector<DiffusionNode>(kNodes);
-  std::vector<DiffusionEdge> edges;
+  std::vector<std::uint32_t> edges;
+  std::vector<float> weights;
   std::vector<float> z;
   std::vector<float> sums;
 };
@@ -70,7 +74,7 @@ TEST_CASE("diffusion spread: a node gets its share of its neighbours, in the ord
           const DiffusionNode& node = graph.nodes[at];
           float sum = 0.0F;
           for (std::uint32_t e = node.first_edge; e < node.first_edge + node.edges; ++e)
-            sum += graph.edges[e].weight * graph.z[graph.edges[e].node * stride + lane];
+            sum += graph.weights[e] * graph.z[graph.edges[e] + lane];
           const float spread = node.share * sum;
           const float expected = graph.sums[i] + (adds_own ? graph.z[i] + spread : spread);
           CHECK(to[i] == (at >= 5 && at < 60 ? expected : kUnset));

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 #include <tuple>
+#include <vector>
 
 #include "support/cloud.hpp"
 #include "support/team.hpp"
@@ -75,6 +76,23 @@ TEST_CASE(
   }
   CHECK(inside > kEdge * kEdge * kEdge * 9 / 10);
   CHECK(holes == 0);
+}
+
+TEST_CASE("Phi: the voxels of a block at once are those of one after the other") {
+  Random random(oracle::announce_seed(62));
+  std::vector<VoxelCoord> rows(kBlockVoxels);
+  for (const double degrees : {0.5, 12.0, 90.0, 170.0}) {
+    const GridTransform frame =
+        *GridTransform::make(oracle::random_transform(random, degrees, 300.0), 0.1);
+    REQUIRE(!frame.shift_only());
+    for (int i = 0; i < 20; ++i) {
+      const BlockCoord block{random.below(2001) - 1000, random.below(2001) - 1000,
+                             random.below(2001) - 1000};
+      frame.to_local(block, rows);
+      for (int row = 0; row < kBlockVoxels; ++row)
+        REQUIRE(rows[static_cast<std::size_t>(row)] == frame.to_local(voxel_of_row(block, row)));
+    }
+  }
 }
 
 TEST_CASE("Phi: a shift by whole voxels is one to one, and one by decimal metres is whole") {

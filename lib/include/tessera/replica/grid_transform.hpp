@@ -88,8 +88,8 @@ class GridTransform {
   /// Of the box's edge, before it is cut off at the voxel's faces; voxels.
   static constexpr float kHalfBox = 0.18F;
   using BoxCorners = std::array<VoxelCoord, kBoxCorners>;
-  /// The global voxel that contains each corner, where shift_only() is false, in the order of (z, y,
-  /// x). centroid: known.
+  /// The global voxel that contains each corner, where shift_only() is false, in the order of (z,
+  /// y, x). centroid: known.
   [[nodiscard]] BoxCorners box_corners(VoxelCoord local, Centroid centroid) const noexcept;
   /// Calls visit(VoxelCoord) for each of them.
   template <class Visit>

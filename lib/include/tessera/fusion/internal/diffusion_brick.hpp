@@ -16,6 +16,7 @@
 #include "tessera/fusion/internal/diffusion_spread.hpp"
 #include "tessera/fusion/internal/diffusion_stencil.hpp"
 #include "tessera/grid/lattice.hpp"
+#include "tessera/map/map_config.hpp"
 #include "tessera/semantics/class_table.hpp"
 
 namespace tessera {
@@ -53,22 +54,10 @@ class DiffusionBrick {
   /// Starts with a box of blocks, 1 .. kMostBlocks on an axis; classes: of its nodes, a bit each.
   /// O(edge^2).
   void begin(const BlockBox& box, std::uint64_t classes) noexcept;
-  /// Whether a voxel is in the box or near enough to matter to it.
-  [[nodiscard]] bool contains(VoxelCoord voxel) const noexcept {
-    const VoxelCoord v = voxel - origin_;
-    const auto below = [](std::int32_t x, int edge) {
-      return static_cast<std::uint32_t>(x) < static_cast<std::uint32_t>(edge);
-    };
-    return below(v.x, edge_[0]) && below(v.y, edge_[1]) && below(v.z, edge_[2]);
-  }
-  /// Marks a voxel that the brick contains as a node.
-  void mark(VoxelCoord voxel) noexcept {
-    const VoxelCoord v = voxel - origin_;
-    std::uint64_t& word = rows_[row_at(v.y, v.z)][static_cast<std::size_t>(v.x) / 64];
-    const std::uint64_t bit = std::uint64_t{1} << (static_cast<unsigned>(v.x) % 64);
-    node_count_ += (word & bit) == 0 ? 1U : 0U;
-    word |= bit;
-  }
+  /// The voxels of a block that are in the box or near enough to matter to it.
+  [[nodiscard]] VoxelMask contained(BlockCoord block) const noexcept;
+  /// Marks voxels of a block as nodes, which the brick contains; each block once. O(64).
+  void mark(BlockCoord block, const VoxelMask& nodes) noexcept;
   /// Whether there is memory for all nodes that are marked so far.
   [[nodiscard]] bool fits() const noexcept {
     return node_count_ <= nodes_.size() && 3 * node_count_ * stride_ <= floats_.size();
@@ -92,8 +81,8 @@ class DiffusionBrick {
   /// A node of the box after the last iteration.
   struct NodeResult {
     const float* sigma = nullptr;  ///< What it has in the map, by lane.
-    float sum = 0.0F;          ///< |B|
-    float change = 0.0F;       ///< |Z_n - Z_{n-1}|
+    float sum = 0.0F;              ///< |B|
+    float change = 0.0F;           ///< |Z_n - Z_{n-1}|
   };
   /// In the contractive mode its label is that of B, unless two thirds of its witnesses' evidence
   /// are of other classes, and two fifths of the one that leads in Z. O(classes), or O(witnesses +
@@ -246,7 +235,8 @@ constexpr std::size_t DiffusionBrick::required_bytes(const DiffusionConfig& conf
   const Capacity capacity = capacity_of(config, stencil, num_components);
   return arena_bytes<Row>(kRows) + arena_bytes<std::uint32_t>(kRows) +
          arena_bytes<std::uint8_t>(capacity.cells) + arena_bytes<LinkCells>(capacity.links) +
-         arena_bytes<LinkWeights>(capacity.links) + arena_bytes<LinkRow>(capacity.links) + arena_bytes<WitnessRow>(capacity.witnesses) +
+         arena_bytes<LinkWeights>(capacity.links) + arena_bytes<LinkRow>(capacity.links) +
+         arena_bytes<WitnessRow>(capacity.witnesses) +
          arena_bytes<float>(capacity.floats + kBehindFloats) + arena_bytes<Node>(capacity.nodes) +
          2 * arena_bytes<float>(capacity.nodes + kBehindNodes) +
          arena_bytes<std::uint32_t>(capacity.nodes + kBehindNodes) +

@@ -31,9 +31,9 @@ struct LinkRow {
   const std::byte* nodes = nullptr;     ///< Of the row: which cells are nodes, a bit each.
   const std::uint8_t* ranks = nullptr;  ///< Its nodes before the first cell of a node at x = reach.
   const LinkWeights* weights = nullptr;
-  std::uint32_t first = 0;              ///< Nodes before the row.
-  std::uint8_t shift = 0;               ///< dx + reach
-  std::uint8_t mask = 0;                ///< A bit for each cell.
+  std::uint32_t first = 0;  ///< Nodes before the row.
+  std::uint8_t shift = 0;   ///< dx + reach
+  std::uint8_t mask = 0;    ///< A bit for each cell.
 };
 
 /// What edges depend on, and where they go. Nodes are numbered one after the other along a row.
@@ -60,7 +60,7 @@ struct LinkTask {
 };
 /// Where the next edge goes.
 struct LinkEnd {
-  std::uint32_t edge = 0;    ///< With those that fill up fours.
+  std::uint32_t edge = 0;     ///< With those that fill up fours.
   std::uint32_t counted = 0;  ///< Without.
 };
 

@@ -30,9 +30,9 @@ struct DiffusionRun {
   /// some with the weight 0.
   const std::uint32_t* edges = nullptr;
   const float* weights = nullptr;  ///< Of edges.
-  const float* from = nullptr;  ///< Z
-  const float* sums = nullptr;  ///< B
-  float* to = nullptr;          ///< Z of the next iteration.
+  const float* from = nullptr;     ///< Z
+  const float* sums = nullptr;     ///< B
+  float* to = nullptr;             ///< Z of the next iteration.
   std::size_t stride = 0;
   std::size_t first = 0;
   std::size_t last = 0;   ///< Behind the last one.

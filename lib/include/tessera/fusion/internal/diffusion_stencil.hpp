@@ -31,7 +31,8 @@ class DiffusionStencil {
       }
     }
   }
-  /// Calls visit(cells) for all edges, those to cells beside each other together, in the same order.
+  /// Calls visit(cells) for all edges, those to cells beside each other together, in the same
+  /// order.
   template <class Visit>
   constexpr void for_links(Visit&& visit) const noexcept {
     LinkCells cells;

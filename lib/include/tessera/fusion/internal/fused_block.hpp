@@ -7,7 +7,6 @@
 #include "tessera/fusion/internal/diffusion_brick.hpp"
 #include "tessera/fusion/internal/node_statistics.hpp"
 #include "tessera/map/block_content.hpp"
-#include "tessera/semantics/estimate.hpp"
 
 namespace tessera {
 
@@ -34,12 +33,9 @@ class FusedBlock {
   std::uint64_t scale_to_passes() noexcept;
 
  private:
-  template <class Visit>
-  void for_nodes(Visit&& visit) const noexcept;
-  void diffuse_node(int row, const DiffusionBrick::NodeResult& result,
-                    std::span<const std::uint8_t> lanes, NodeStatistics& statistics) noexcept;
+  void diffuse_row(int row, unsigned nodes, BlockCoord block, DiffusionBrick& brick,
+                   std::uint64_t& work, NodeStatistics& statistics) noexcept;
   void scale(int row, float factor) noexcept;
-  [[nodiscard]] std::uint64_t variance_at(int row) const noexcept;
 
   BlockContent content_{};
   int num_components_ = 0;
