@@ -3,15 +3,19 @@
 #include "tessera/inference/internal/carve_image.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "image_rows.hpp"
+#include "seen_returns.hpp"
 
 namespace tessera {
 
 namespace {
 
 using Value = std::int16_t;
+using Value4 = Value __attribute__((vector_size(8)));
+static_assert(CarveLayout::far_edge_of(0, CarveLayout::kFarSteps - 1) <= 4);
 
 /// Rows that are made beyond those with returns: no window reaches farther, on any level.
 constexpr int kMargin = 24;
@@ -65,12 +69,13 @@ Result<CarveImage> CarveImage::make(Arena& arena, LaneWidth lanes) noexcept {
   if (arena.remaining_bytes() < required_bytes()) return Status::kResourceExhausted;
   CarveImage made;
   made.row_functions_ = &image_rows(lanes);
+  made.by_fours_ = lanes == LaneWidth::kWidest && has_avx2();
   made.image_ = arena.take<Value>(kImage);
   made.nearest_ = arena.take<Value>(kFace);
   made.seen_ = arena.take<Value>(kFace);
   for (SeenImage& seen : made.seen_images_)
     seen = SeenImage::make(arena, kEdge, *made.row_functions_);
-  made.farthest_ = arena.take<Value>(kFarthest);
+  made.farthest_ = arena.take<Value>(kFarthest + kReadBeyond);
   std::ranges::fill(made.image_.first(CubeFace::kCount * kFace), kNone);
   return made;
 }
@@ -88,10 +93,24 @@ void CarveImage::begin(double range_m, int neighbours) noexcept {
   }
 }
 
+namespace {
+
+/// The tangent up to which a face's padding shows what is beside the face.
+constexpr double kWidest = 1.09;
+static_assert(CarveImage::pixel(kWidest) > CarveImage::kEdge && CarveImage::pixel(-kWidest) < 0.0);
+
+}  // namespace
+
+void CarveImage::put(int axis, bool negative, int row, int column, Value value) noexcept {
+  const int face = 2 * axis + (negative ? 1 : 0);
+  Value& at = row_of(level_of_face(face, 0), kEdge, row)[column];
+  at = std::min(at, value);
+  Rows& rows = rows_[static_cast<std::size_t>(face)];
+  rows.first = std::min(rows.first, row);
+  rows.last = std::max(rows.last, row);
+}
+
 void CarveImage::add(const Point3d& d, bool is_hit) noexcept {
-  // Of a face beside the main one, what its padding shows.
-  constexpr double kWidest = 1.09;
-  static_assert(pixel(kWidest) > kEdge && pixel(-kWidest) < 0.0);
   for (int axis = 0; axis < 3; ++axis) {
     const std::array<int, 2> across = axes_across(axis);
     const double depth_m = std::abs(d[axis]);
@@ -101,16 +120,38 @@ void CarveImage::add(const Point3d& d, bool is_hit) noexcept {
     const double row = pixel(d[across[1]] / depth_m);
     const auto is_inside = [](double p) { return p >= 0.0 && p < kEdge; };
     if (!is_inside(column) || !is_inside(row)) continue;
-    const int face = 2 * axis + (d[axis] < 0.0 ? 1 : 0);
     const auto depth = static_cast<std::int32_t>(std::min<double>(depth_m * per_m_, kMostDepth));
-    const auto value = is_hit ? static_cast<Value>(depth - kDepths) : kBeyond;
-    const int r = static_cast<int>(row);
-    Value& at = row_of(level_of_face(face, 0), kEdge, r)[static_cast<int>(column)];
-    at = std::min(at, value);
-    Rows& rows = rows_[static_cast<std::size_t>(face)];
-    rows.first = std::min(rows.first, r);
-    rows.last = std::max(rows.last, r);
+    put(axis, d[axis] < 0.0, static_cast<int>(row), static_cast<int>(column),
+        is_hit ? static_cast<Value>(depth - kDepths) : kBeyond);
   }
+}
+
+void CarveImage::add_hits(std::span<const ScanPoint> hits, const Point3d& origin_map) noexcept {
+  const SeeReturns see = by_fours_ ? see_returns_by_fours() : nullptr;
+  SeenReturns four{.stride = sizeof(ScanPoint) / sizeof(float),
+                   .origin = {origin_map.x(), origin_map.y(), origin_map.z()},
+                   .per_m = per_m_,
+                   .most_depth = kMostDepth,
+                   .widest = kWidest,
+                   .slope = static_cast<double>(kSlope),
+                   .bend = static_cast<double>(kBend),
+                   .middle = static_cast<double>(kMiddle),
+                   .edge = kEdge};
+  static_assert(sizeof(ScanPoint) % sizeof(float) == 0);
+  constexpr auto kCount = static_cast<std::size_t>(SeenReturns::kCount);
+  std::size_t done = 0;
+  for (; see != nullptr && hits.size() - done >= kCount; done += kCount) {
+    four.points = hits[done].p_map.data();
+    see(four);
+    for (int axis = 0; axis < 3; ++axis) {
+      for (unsigned rest = four.is_on_face[axis]; rest != 0; rest &= rest - 1) {
+        const int i = std::countr_zero(rest);
+        put(axis, (four.is_negative[axis] >> i & 1U) != 0, four.row[axis][i], four.column[axis][i],
+            static_cast<Value>(four.depth[axis][i] - kDepths));
+      }
+    }
+  }
+  for (const ScanPoint& hit : hits.subspan(done)) add(hit.p_map.cast<double>() - origin_map, true);
 }
 
 void CarveImage::finish() noexcept {
@@ -225,12 +266,20 @@ bool CarveImage::may_reach(int face, int level, std::int32_t least, std::array<i
   }
   const int edge = CarveLayout::far_edge_of(level, step);
   const Value* const values = farthest_.data() + far_begin(face, level, step);
+  // The last step has two of a row at most, so that there are no more than four. What was read
+  // behind the last one does not count.
+  const int first_column = columns[0] >> shift;
+  Value4 most = Value4{} + kUnseen;
   for (int r = rows[0] >> shift; r <= rows[1] >> shift; ++r) {
-    for (int c = columns[0] >> shift; c <= columns[1] >> shift; ++c) {
-      if (row_of(values, edge, r)[c] >= least) return true;
-    }
+    Value4 four;
+    __builtin_memcpy(&four, row_of(values, edge, r) + first_column, sizeof(four));
+    most = four > most ? four : most;
   }
-  return false;
+  const Value4 reached = most >= static_cast<Value>(least);
+  std::uint64_t bits = 0;
+  __builtin_memcpy(&bits, &reached, sizeof(bits));
+  static_assert(std::endian::native == std::endian::little);
+  return (bits & (~std::uint64_t{0} >> (16 * (3 - span(columns))))) != 0;
 }
 
 }  // namespace tessera

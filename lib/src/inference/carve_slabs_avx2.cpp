@@ -116,7 +116,7 @@ unsigned picked(Char32 bytes, Char32 places) noexcept {
   return bits | bits >> 16U;
 }
 
-/// Two rows at once. Packing puts of both the first eight values into the lower half.
+/// Four rows at once. Packing puts of two the first eight values into the lower half.
 class ColumnsIn16 {
  public:
   static constexpr std::int32_t kValues = 16;
@@ -131,17 +131,29 @@ class ColumnsIn16 {
   }
   [[nodiscard]] std::uint64_t word(const std::int16_t* values,
                                    const std::int32_t* begin) const noexcept {
-    std::uint64_t kept = 0;
-    for (unsigned row = 0; row < CarveSlabs::kEdge; row += 2)
-      kept |= std::uint64_t{two(values + begin[row], values + begin[row + 1])} << (8 * row);
-    return ~kept;
+    const std::uint64_t low = four(values + first_, begin);
+    const std::uint64_t high = four(values + first_, begin + 4);
+    return ~(low | high << 32U);
   }
 
  private:
-  [[nodiscard]] unsigned two(const std::int16_t* a, const std::int16_t* b) const noexcept {
-    const Char32 bytes = __builtin_ia32_packsswb256(free_ > load<Short16>(a + first_),
-                                                    free_ > load<Short16>(b + first_));
-    return picked(bytes, places_) & 0xffffU;
+  /// Of two rows, in each half what of them is picked from there.
+  [[nodiscard]] Char32 two(const std::int16_t* a, const std::int16_t* b) const noexcept {
+    const Char32 bytes =
+        __builtin_ia32_packsswb256(free_ > load<Short16>(a), free_ > load<Short16>(b));
+    return __builtin_ia32_pshufb256(bytes, places_);
+  }
+  [[nodiscard]] std::uint32_t four(const std::int16_t* values,
+                                   const std::int32_t* begin) const noexcept {
+    const Char32 first = two(values + begin[0], values + begin[1]);
+    const Char32 next = two(values + begin[2], values + begin[3]);
+    const Char32 both =
+        __builtin_shufflevector(first, next, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15,
+                                32, 33, 34, 35, 36, 37, 38, 39, 40, 41, 42, 43, 44, 45, 46, 47);
+    const Char32 upper = __builtin_shufflevector(first, next, 16, 17, 18, 19, 20, 21, 22, 23, 24,
+                                                 25, 26, 27, 28, 29, 30, 31, 48, 49, 50, 51, 52, 53,
+                                                 54, 55, 56, 57, 58, 59, 60, 61, 62, 63);
+    return static_cast<std::uint32_t>(__builtin_ia32_pmovmskb256(both | upper));
   }
 
   Short16 free_;  ///< From it on.
@@ -181,11 +193,12 @@ class ColumnsIn32 {
   std::int32_t first_;
 };
 
-/// All bits of a byte for each bit.
-std::uint64_t rows_of(unsigned bits) noexcept {
-  constexpr std::uint64_t kOnes = 0x0101010101010101U;
-  const std::uint64_t one_in_each = (bits * kOnes & 0x8040201008040201U) + 0x7f7f7f7f7f7f7f7fU;
-  return (one_in_each >> 7U & kOnes) * 0xffU;
+/// All bits of a byte for each lane that is all ones.
+std::uint64_t bytes_of_rows(Int8 mask) noexcept {
+  const Char16 bytes = bytes_of(mask);
+  std::uint64_t word = 0;
+  __builtin_memcpy(&word, &bytes, sizeof(word));
+  return word;
 }
 
 std::uint64_t compare_slab(const Face& face, const CarveSlab& slab) noexcept {
@@ -194,16 +207,15 @@ std::uint64_t compare_slab(const Face& face, const CarveSlab& slab) noexcept {
   const Int8 columns =
       pixels_of(face, face.at_column * slab.inverse_depth, columns_on_face) >> slab.shift;
   const Int8 rows = pixels_of(face, face.at_row * slab.inverse_depth, rows_on_face);
-  const unsigned on_rows =
-      bits_of_lanes(rows_on_face & (rows >= face.first_row) & (rows <= face.last_row));
+  const std::uint64_t counted =
+      bytes_of_rows(rows_on_face & (rows >= face.first_row) & (rows <= face.last_row));
   const unsigned on_columns = bits_of_lanes(columns_on_face);
-  if (on_rows == 0 || on_columns == 0) return 0;
+  if (counted == 0 || on_columns == 0) return 0;
   // Other rows are read too, and do not count.
   const Int8 begins = (rows >> slab.shift) * slab.edge;
   // NOLINTNEXTLINE(cppcoreguidelines-avoid-c-arrays): as in carve_slabs.hpp
   alignas(32) std::int32_t begin[CarveSlabs::kEdge];
   __builtin_memcpy(begin, &begins, sizeof(begin));
-  const std::uint64_t counted = rows_of(on_rows);
   // Columns rise. What is read must be within the row.
   const std::int32_t first = columns[0];
   const std::int32_t span = columns[CarveSlabs::kEdge - 1] - first;

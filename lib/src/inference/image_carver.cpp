@@ -248,6 +248,7 @@ bool ImageCarver::carve_block(int face, BlockCoord block, FreeSpace& free_space)
   const auto axis_at = static_cast<std::size_t>(CubeFace::of(face).axis);
   const KeptSlabs& kept = slabs_of(face, at[axis_at], box);
   slabs.slab = kept.slabs.data();
+  free_space.prefetch(block);
   compare(face, box, slabs, words);
   std::uint64_t any = 0;
   for (const std::uint64_t word : words) any |= word;

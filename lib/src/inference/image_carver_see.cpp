@@ -36,7 +36,7 @@ void ImageCarver::see(const ScanPoints& points, const InferenceConfig& config) n
   }
   range_m_ = std::sqrt(square_m2);
   image_.begin(std::max(range_m_, 1e-3), config.free_space.neighbour_pixels);
-  for (const ScanPoint& point : points.returns()) image_.add(from_sensor(point), true);
+  image_.add_hits(points.returns(), origin_map_);
   const double ends_before_m = ends_of_no_return_before(config);
   for (const ScanPoint& point : points.returns_beyond()) {
     const Point3d d = from_sensor(point);

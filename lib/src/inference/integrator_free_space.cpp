@@ -47,8 +47,29 @@ void Integrator::drop_what_does_not_fit(LocalMap& map, ScanReport& report) noexc
                  });
 }
 
+namespace {
+
+/// Fetches what write_free_space() reads of the next blocks: of one the header, of the one before
+/// the pages of passes that it names.
+void prefetch_blocks(const LocalMap& map, std::span<const RayBlock> blocks,
+                     const RayBlock& current) noexcept {
+  const auto at = static_cast<std::size_t>(&current - blocks.data());
+  if (at + 2 < blocks.size() && blocks[at + 2].block != 0)
+    __builtin_prefetch(map.pool().at(blocks[at + 2].block), 1);
+  if (at + 1 >= blocks.size() || blocks[at + 1].block == 0) return;
+  for (const SlabHandle page : map.block_at(blocks[at + 1].block).free_passes) {
+    if (page == 0) continue;
+    __builtin_prefetch(map.pool().at(page), 1);
+    __builtin_prefetch(map.pool().at(page) + sizeof(FreePage) / 2, 1);
+  }
+}
+
+}  // namespace
+
 void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
+  const std::span<const RayBlock> blocks = scratch_.free_space.blocks();
   const auto write = [&](const RayBlock& ray_block) {
+    prefetch_blocks(map, blocks, ray_block);
     VoxelMask carved;
     for (std::size_t z = 0; z < carved.size(); ++z)
       carved[z] = ray_block.passed[z] & ~ray_block.hit[z];
@@ -69,7 +90,6 @@ void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
                          (config_.free_space.uses_image() && map.find_handle(ray_block.coord) != 0);
     report.ray_blocks_cut += is_left ? 1U : 0U;
   };
-  const std::span<const RayBlock> blocks = scratch_.free_space.blocks();
   write_in_time(blocks, block_of(points_.origin_voxel()), kBlockBatch, work_, write, leave);
   if (config_.free_space.uses_image()) {
     report.rays =

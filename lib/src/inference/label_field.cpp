@@ -23,6 +23,7 @@ void LabelField::begin(const LatticeConfig& config, const ClassTable& classes,
   for (int label = 1; label <= classes.num_classes(); ++label)
     state_[0].weights[static_cast<std::size_t>(label)] =
         by_class ? weights_of(classes.kernel(label), resolution_m) : one;
+  state_[0].known.fill({});
 }
 
 LabelField::Weights LabelField::weights_of(const ClassKernel& kernel,
@@ -93,26 +94,53 @@ std::uint32_t LabelField::vote(LocalMap& map, const ScanTiles& tiles) noexcept {
   return faults;
 }
 
+namespace {
+
+using Votes4 = std::uint16_t __attribute__((vector_size(8)));
+
+}  // namespace
+
 void LabelField::look(LocalMap& map, const BlockCoord& block, unsigned layers) noexcept {
   state_[0].found = 0;
   // Of the window: bit 1 is the block's first layer.
   const unsigned needed = layers | layers << 1U | layers << 2U;
-  constexpr unsigned kOfBlock = kAllLayers << 1U;
+  const auto layers_beside = [](int dz) {
+    return dz < 0 ? 1U : (dz > 0 ? 1U << (kLayers - 1) : unsigned{kAllLayers} << 1U);
+  };
+  // All are found before the first is read, so that their memory is waited for together.
+  std::array<SlabHandle, 27> around;
+  auto found = around.begin();
   for (int dz = -1; dz <= 1; ++dz) {
-    const unsigned here = needed & (dz < 0 ? 1U : (dz > 0 ? 1U << (kLayers - 1) : kOfBlock));
-    if (here == 0) continue;
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const SlabHandle handle =
-            map.find_handle(BlockCoord{block.x + dx, block.y + dy, block.z + dz});
-        if (handle != 0)
-          gather(map, handle, here, static_cast<std::size_t>(2 * (dx + 1)),
-                 static_cast<std::size_t>(2 * (dy + 1)));
-      }
+    const bool any = (needed & layers_beside(dz)) != 0;
+    for (int dy = -1; dy <= 1; ++dy, found += 3) {
+      if (any)
+        find_row(map, {block.x, block.y + dy, block.z + dz}, &*found);
+      else
+        std::fill_n(found, 3, SlabHandle{0});
+    }
+  }
+  found = around.begin();
+  for (int dz = -1; dz <= 1; ++dz) {
+    for (std::size_t y = 0; y < kCells; y += 2) {
+      for (std::size_t x = 0; x < kCells; x += 2, ++found)
+        if (*found != 0) gather(map, *found, needed & layers_beside(dz), x, y);
     }
   }
   for (std::uint64_t rest = state_[0].found; rest != 0; rest &= rest - 1)
     sum(static_cast<std::size_t>(std::countr_zero(rest)), layers);
+}
+
+void LabelField::find_row(const LocalMap& map, const BlockCoord& middle,
+                          SlabHandle* into) noexcept {
+  KnownBlock* const row = &state_[0].known[static_cast<std::size_t>(
+      ((middle.y & 3) * kKnownRow) | ((middle.z & 3) * 4 * kKnownRow))];
+  for (int dx = -1; dx <= 1; ++dx) {
+    const BlockCoord at{middle.x + dx, middle.y, middle.z};
+    KnownBlock& known = row[at.x & (kKnownRow - 1)];
+    if (!(known.at == at)) known = {at, map.find_handle(at)};
+    *into++ = known.handle;
+    if (known.handle != 0) __builtin_prefetch(map.pool().at(known.handle));
+  }
 }
 
 void LabelField::gather(LocalMap& map, SlabHandle block, unsigned layers, std::size_t x,
@@ -128,9 +156,7 @@ void LabelField::gather(const LabelVotes& votes, std::size_t x, std::size_t y,
                         std::size_t layer) noexcept {
   for (std::size_t slot = 0; slot < LabelVotes::kClasses; ++slot) {
     const std::array<std::uint16_t, LabelVotes::kCells>& of_class = votes.votes[slot];
-    std::uint64_t any = 0;
-    std::memcpy(&any, of_class.data(), sizeof(any));
-    if (any == 0) continue;
+    if (std::bit_cast<std::uint64_t>(of_class) == 0) continue;
     const std::size_t label = votes.labels[slot];
     Window& window = state_[0].windows[label];
     if (((state_[0].found >> label) & 1U) == 0) {
@@ -143,8 +169,12 @@ void LabelField::gather(const LabelVotes& votes, std::size_t x, std::size_t y,
       std::fill_n(&window.votes[row * kCells], 2 * kCells, 0.0F);
     window.rows |= std::uint64_t{3} << row;
     float* const to = &window.votes[row * kCells + x];
-    for (std::size_t cell = 0; cell < LabelVotes::kCells; ++cell)
-      to[(cell >> 1U) * kCells + (cell & 1U)] = static_cast<float>(of_class[cell]);
+    Votes4 of_cells;
+    std::memcpy(&of_cells, of_class.data(), sizeof(of_cells));
+    const Float4 cells = __builtin_convertvector(of_cells, Float4);
+    std::memcpy(to, &cells, sizeof(cells) / 2);
+    const Float4 next = __builtin_shufflevector(cells, cells, 2, 3, 2, 3);
+    std::memcpy(to + kCells, &next, sizeof(next) / 2);
   }
 }
 

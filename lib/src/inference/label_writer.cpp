@@ -5,7 +5,9 @@
 #include <bit>
 #include <utility>
 
+#include "octet_points.hpp"
 #include "tessera/inference/internal/write_in_time.hpp"
+#include "tessera/map/internal/block_editor.hpp"
 
 namespace tessera {
 
@@ -19,17 +21,30 @@ struct UnitPoints {
   std::array<Point3f, 6> shift{};
 };
 
-void look_around(const ScanTiles& tiles, const Tile& tile, int unit, UnitPoints& around) noexcept {
+/// Of a tile's units, by face, those whose neighbour there has points.
+std::array<std::uint64_t, 6> with_neighbours(const ScanTiles& tiles, const Tile& tile) noexcept {
+  std::array<std::uint64_t, 6> faces{};
+  for (std::size_t face = 0; face < faces.size(); ++face) {
+    const Tile* const beside = tiles.beside(tile, face);
+    faces[face] = beside == nullptr ? 0 : beside->occupied;
+  }
+  return neighbour_masks(tile.occupied, faces);
+}
+
+/// neighbours: with_neighbours() of the tile.
+void look_around(const ScanTiles& tiles, const Tile& tile,
+                 const std::array<std::uint64_t, 6>& neighbours, int unit,
+                 UnitPoints& around) noexcept {
   for (std::size_t face = 0; face < 6; ++face) {
+    if ((neighbours[face] & unit_bit(unit)) == 0) continue;
     const std::size_t axis = face / 2;
     const int direction = (face & 1U) != 0 ? 1 : -1;
     const int step = 1 << (2 * axis);
     const int along = (unit >> (2 * axis)) & 3;
     const bool inside = along + direction >= 0 && along + direction <= 3;
-    const Tile* const from = inside ? &tile : tiles.beside(tile, face);
+    const Tile& from = inside ? tile : *tiles.beside(tile, face);
     const int neighbour = inside ? unit + direction * step : unit - direction * 3 * step;
-    if (from == nullptr || (from->occupied & unit_bit(neighbour)) == 0) continue;
-    around.faces[face] = &tiles.sample(*from, neighbour);
+    around.faces[face] = &tiles.sample(from, neighbour);
     around.shift[face] = Point3f::Zero();
     if (!inside)
       around.shift[face][static_cast<Eigen::Index>(axis)] =
@@ -42,17 +57,33 @@ std::span<const TilePoint> points_of(const ScanTiles& tiles, const UnitSample* s
   return tiles.points().subspan(sample->begin, sample->end - sample->begin);
 }
 
+/// Calls add(points, shift) for the points that were decided on.
+template <class Add>
+void for_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyDecision& decision,
+                Add&& add) noexcept {
+  if (decision.own) add(points_of(tiles, around.own), Point3f(0.0F, 0.0F, 0.0F));
+  for (std::size_t face = 0; decision.neighbours && face < 6; ++face) {
+    if (around.faces[face] != nullptr)
+      add(points_of(tiles, around.faces[face]), around.shift[face]);
+  }
+}
+
 /// The kernel's sums of one octet of a unit, of the points that were decided on.
 void sum_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyDecision& decision,
                 const KernelShape& kernel, AddOctetPoints wide, const OctetPlace& octet,
                 OctetEvidence& sums, EvidenceWork& work) noexcept {
-  if (decision.own)
-    add_points(points_of(tiles, around.own), Point3f::Zero(), octet, kernel, wide, sums, work);
-  for (std::size_t face = 0; decision.neighbours && face < 6; ++face) {
-    if (around.faces[face] == nullptr) continue;
-    add_points(points_of(tiles, around.faces[face]), around.shift[face], octet, kernel, wide, sums,
-               work);
+  if (wide == nullptr) {
+    for_points(tiles, around, decision,
+               [&](std::span<const TilePoint> points, const Point3f& shift) {
+                 add_points(points, shift, octet, kernel, nullptr, sums, work);
+               });
+    return;
   }
+  OctetPoints all = octet_points(octet, kernel, sums);
+  for_points(tiles, around, decision, [&](std::span<const TilePoint> points, const Point3f& shift) {
+    add_points(points, shift, octet, wide, all, work);
+  });
+  sums.set_touched(all.components);
 }
 
 /// Makes evidence of classes evidence of one, so that a tuple has room for it.
@@ -137,7 +168,8 @@ void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origi
 void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile& tile,
                               EvidenceWork& work, ScanReport& report) noexcept {
   const bool counting = config_.mode == InferenceMode::kCounting;
-  if (votes_) field_.look(map, tile.coord, LabelField::layers_of(tile.wanted));
+  if (!counting && tiles.unit_edge() == 2) return write_octets(map, tiles, tile, work, report);
+  const std::array<std::uint64_t, 6> neighbours = with_neighbours(tiles, tile);
   for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
     const int unit = std::countr_zero(rest);
     UnitPoints around;
@@ -146,7 +178,7 @@ void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile&
     if (!counting) {
       // Most units learn from their own points alone.
       if (around.own == nullptr || around.own->class_entropy > config_.entropy.smooth_above)
-        look_around(tiles, tile, unit, around);
+        look_around(tiles, tile, neighbours, unit, around);
       decision = decide(config_.entropy, around.own, around.faces);
       if (!(decision.length_voxels > 0.0F)) continue;
     }
@@ -164,21 +196,48 @@ void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile&
       if (around.own != nullptr)
         sums.set_centroids(centroids_of(points_of(tiles, around.own), octet));
       const BlockOctet at = locate(tile, octet, tiles.unit_edge());
-      write_octet(map, tile.blocks[static_cast<std::size_t>(at.block)], at.octet, report);
+      const SlabHandle block = tile.blocks[static_cast<std::size_t>(at.block)];
+      if (block == 0) continue;  // beyond the grid's edge, where only coarse units reach
+      const Status status = map.add_labels(block, at.octet, sums);
+      TESSERA_ASSERT(status == Status::kOk);
+      ++(status == Status::kOk ? report.label_octets : report.write_faults);
     }
   }
 }
 
-/// Room was reserved before anything was written, so this does not fail.
-void LabelWriter::write_octet(LocalMap& map, SlabHandle block, int octet,
-                              ScanReport& report) noexcept {
-  if (block == 0) return;  // beyond the grid's edge, where only coarse units reach
-  const LabelShares shares = votes_ ? field_.shares(octet) : LabelShares{};
-  if (shares.count != 0) gather_classes(map.classes().num_classes(), shares.labels[0], octet_[0]);
-  const Status status = shares.count != 0 ? map.add_labels(block, octet, octet_[0], shares)
-                                          : map.add_labels(block, octet, octet_[0]);
-  TESSERA_ASSERT(status == Status::kOk);
-  ++(status == Status::kOk ? report.label_octets : report.write_faults);
+/// Units of two voxels are octets, and tiles are blocks. Room was reserved before anything was
+/// written, so this does not fail.
+void LabelWriter::write_octets(LocalMap& map, const ScanTiles& tiles, const Tile& tile,
+                               EvidenceWork& work, ScanReport& report) noexcept {
+  if (votes_) field_.look(map, tile.coord, LabelField::layers_of(tile.wanted));
+  if (tile.blocks[0] == 0) return;
+  LabelChange change(map, tile.blocks[0]);
+  const std::array<std::uint64_t, 6> neighbours = with_neighbours(tiles, tile);
+  OctetEvidence& sums = octet_[0];
+  for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
+    const int unit = std::countr_zero(rest);
+    change.prefetch(unit);
+    UnitPoints around;
+    if ((tile.occupied & unit_bit(unit)) != 0) around.own = &tiles.sample(tile, unit);
+    // Most units learn from their own points alone.
+    if (around.own == nullptr || around.own->class_entropy > config_.entropy.smooth_above)
+      look_around(tiles, tile, neighbours, unit, around);
+    const EntropyDecision decision = decide(config_.entropy, around.own, around.faces);
+    if (!(decision.length_voxels > 0.0F)) continue;
+    const OctetPlace octet = octet_of_unit(unit);
+    sums.clear();
+    sum_points(tiles, around, decision, kernel_shape(config_, decision.length_voxels), wide_, octet,
+               sums, work);
+    if (sums.components() == 0) continue;
+    if (around.own != nullptr)
+      sums.set_centroids(centroids_of(points_of(tiles, around.own), octet));
+    LabelShares shares;
+    if (votes_) shares = field_.shares(unit);
+    if (shares.count != 0) gather_classes(map.classes().num_classes(), shares.labels[0], sums);
+    const Status status = change.add(unit, sums, shares);
+    TESSERA_ASSERT(status == Status::kOk);
+    ++(status == Status::kOk ? report.label_octets : report.write_faults);
+  }
 }
 
 }  // namespace tessera

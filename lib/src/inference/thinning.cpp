@@ -148,10 +148,12 @@ std::size_t thin(std::span<const ScanPoint> points, const Lattice& lattice, doub
   for (std::size_t i = 0; i < points.size(); ++i)
     items[i] = {order.key_of(points[i]), static_cast<std::uint32_t>(i)};
   radix_sort(items, sort.subspan(points.size()));
+  constexpr std::size_t kAhead = 8;  // points are not in the order of cells
   std::size_t cells_out = 0;
   for (std::size_t first = 0; first < items.size();) {
     std::size_t end = first + 1;
     while (end < items.size() && items[end].key == items[first].key) ++end;
+    if (end + kAhead < items.size()) __builtin_prefetch(&points[items[end + kAhead].index]);
     out[cells_out++] =
         merge_cell(points, items.subspan(first, end - first), lattice, unlabelled, weight);
     first = end;

@@ -61,15 +61,16 @@ std::size_t voxel_of(const TilePoint& point, const OctetPlace& octet) noexcept {
 
 OctetCentroids centroids_of(std::span<const TilePoint> points, const OctetPlace& octet) noexcept {
   OctetCentroids found{};
+  const Float4 corner{static_cast<float>(octet.corner[0]), static_cast<float>(octet.corner[1]),
+                      static_cast<float>(octet.corner[2]), 0.0F};
   for (const TilePoint& point : points) {
-    const std::size_t v = voxel_of(point, octet);
-    const float x = point.x - static_cast<float>(octet.corner[0] + static_cast<int>(v & 1U));
-    const float y =
-        point.y - static_cast<float>(octet.corner[1] + static_cast<int>((v >> 1U) & 1U));
-    const float z = point.z - static_cast<float>(octet.corner[2] + static_cast<int>(v >> 2U));
-    const auto inside = [](float coordinate) { return coordinate >= 0.0F && coordinate < 1.0F; };
-    if (((octet.voxels >> v) & 1U) != 0 && inside(x) && inside(y) && inside(z))
-      found[v] = found[v].nearer(Centroid::at(x, y, z));
+    const Float4 at{point.x, point.y, point.z, 0.0F};
+    const Int4 upper = at >= corner + 1.0F;
+    const std::size_t v = bits_of(upper) & 7U;
+    const Float4 place = at - (corner + keep(upper, all_lanes(1.0F)));
+    const bool inside = bits_of((place >= 0.0F) & (place < 1.0F)) == 15U;
+    if (((octet.voxels >> v) & 1U) != 0 && inside)
+      found[v] = found[v].nearer(Centroid::at(place[0], place[1], place[2]));
   }
   return found;
 }
@@ -78,30 +79,41 @@ AddOctetPoints widest_octet_points() noexcept {
   return has_avx2() ? octet_points_by_eights() : nullptr;
 }
 
+OctetPoints octet_points(const OctetPlace& octet, const KernelShape& kernel,
+                         OctetEvidence& into) noexcept {
+  return {.scale = kernel.scale,
+          .inverse_square = kernel.inverse_square,
+          .least = least_counted(kernel.min_weight),
+          .least_share = kLeastCount,
+          .voxels = octet.voxels,
+          .planes = into.planes(),
+          .components = into.components()};
+}
+
+void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
+                AddOctetPoints wide, OctetPoints& all, EvidenceWork& work) noexcept {
+  all.points = points.data();
+  all.count = points.size();
+  all.x = static_cast<float>(octet.corner[0]) + 0.5F - shift.x();
+  all.y = static_cast<float>(octet.corner[1]) + 0.5F - shift.y();
+  all.z = static_cast<float>(octet.corner[2]) + 0.5F - shift.z();
+  work.evaluations += points.size() * static_cast<std::uint64_t>(count_ones(octet.voxels));
+  work.updates += wide(all);
+}
+
 void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
                 const KernelShape& kernel, AddOctetPoints wide, OctetEvidence& into,
                 EvidenceWork& work) noexcept {
+  if (wide != nullptr) {
+    OctetPoints all = octet_points(octet, kernel, into);
+    add_points(points, shift, octet, wide, all, work);
+    into.set_touched(all.components);
+    return;
+  }
   const float x0 = static_cast<float>(octet.corner[0]) + 0.5F - shift.x();
   const float y0 = static_cast<float>(octet.corner[1]) + 0.5F - shift.y();
   const float z0 = static_cast<float>(octet.corner[2]) + 0.5F - shift.z();
   work.evaluations += points.size() * static_cast<std::uint64_t>(count_ones(octet.voxels));
-  if (wide != nullptr) {
-    OctetPoints all{.points = points.data(),
-                    .count = points.size(),
-                    .x = x0,
-                    .y = y0,
-                    .z = z0,
-                    .scale = kernel.scale,
-                    .inverse_square = kernel.inverse_square,
-                    .least = least_counted(kernel.min_weight),
-                    .least_share = kLeastCount,
-                    .voxels = octet.voxels,
-                    .planes = into.planes(),
-                    .components = into.components()};
-    work.updates += wide(all);
-    into.set_touched(all.components);
-    return;
-  }
   const Float4 x{x0, x0 + 1.0F, x0, x0 + 1.0F};
   const Float4 y{y0, y0, y0 + 1.0F, y0 + 1.0F};
   const Contribution contribution(kernel);

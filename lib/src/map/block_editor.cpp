@@ -46,7 +46,8 @@ void BlockEditor::add_labels(int octet, const OctetEvidence& added, unsigned vox
   note_components(shares.components());
   TupleStore::Plane sums =
       table_.tuples_.add_shared(tuples(octet), added, voxels, shares, table_.num_components());
-  end_adding(octet, added, sums);
+  end_adding(
+      octet, [voxels] { return voxels; }, sums);
 }
 
 void BlockEditor::update_observed(int octet, const TupleStore::Plane& sums) noexcept {
@@ -68,16 +69,31 @@ void BlockEditor::update_observed(int octet, const TupleStore::Plane& sums) noex
   if (!keeps_label_pages_) drop_label_page(layer);
 }
 
+namespace {
+
+/// Voxels whose labels and passes are above the cap, a bit each.
+unsigned full_voxels(const TupleStore::Plane& sums,
+                     const std::array<std::uint8_t, kOctetVoxels>& passes, float weight,
+                     float cap) noexcept {
+  TupleStore::Plane totals;
+  for (std::size_t v = 0; v < totals.size(); ++v)
+    totals[v] = sums[v] + static_cast<float>(passes[v]) * weight;
+  return bits_above(totals.data(), cap);
+}
+
+}  // namespace
+
 void BlockEditor::hold_cap(int octet, unsigned voxels, TupleStore::Plane& sums) noexcept {
   const float cap = table_.config_.max_evidence;
   const float w = table_.config_.free_weight;
+  const std::array<std::uint8_t, kOctetVoxels> passes_before = table_.passes_of(block_, octet);
+  voxels &= full_voxels(sums, passes_before, w, cap);
   std::byte* const tuples_of_octet = tuples(octet);
   for (; voxels != 0; voxels &= voxels - 1) {
     const int v = std::countr_zero(voxels);
     float& labels = sums[static_cast<std::size_t>(v)];
-    const std::uint8_t passes = table_.free_passes(block_, octet, v);
+    const std::uint8_t passes = passes_before[static_cast<std::size_t>(v)];
     const float total = labels + static_cast<float>(passes) * w;
-    if (!(total > cap)) continue;
     float free = 0.0F;
     if (passes > 0) {
       // Whole passes only, rounded down: a voxel rather stays occupied than is declared free by
@@ -186,13 +202,6 @@ bool BlockEditor::give_way_to_free(BlockTable& table, int octet, int voxel) noex
   return true;
 }
 
-namespace {
-
-/// Of a voxel whose label evidence was contradicted: under what a hit brings.
-constexpr unsigned kPassesOfCleared = 2;
-
-}  // namespace
-
 unsigned BlockEditor::of_octet(const Slices& slices, std::size_t octet_in_layer) noexcept {
   const auto corner =
       static_cast<unsigned>(2 * (octet_in_layer & 3U) + 16 * (octet_in_layer >> 2U));
@@ -201,43 +210,6 @@ unsigned BlockEditor::of_octet(const Slices& slices, std::size_t octet_in_layer)
     return (rows & 3U) | ((rows >> 6U) & 12U);
   };
   return of_slice(slices[0]) | (of_slice(slices[1]) << 4U);
-}
-
-unsigned BlockEditor::contradict(int octet, unsigned voxels, unsigned going, float left) noexcept {
-  // A pass and a quarter, so that against one pass it is occupied; by less than half of that more,
-  // which is no hit, it is doubted still.
-  const float doubted = 1.25F * table_.config_.free_weight;
-  std::byte* const at = tuples(octet);
-  const TupleStore::Plane sums = table_.tuples_.label_sums(at);
-  for (unsigned rest = voxels; rest != 0; rest &= rest - 1) {
-    const int voxel = std::countr_zero(rest);
-    const float labels = sums[static_cast<std::size_t>(voxel)];
-    if (labels <= 1.5F * doubted) going |= rest & (~rest + 1);
-    const float most = ((going >> static_cast<unsigned>(voxel)) & 1U) != 0 ? left : doubted;
-    if (labels <= most) continue;
-    table_.tuples_.scale(at, voxel, most / labels);
-  }
-  if ((going & voxels) != 0) update_observed(octet, table_.tuples_.label_sums(at));
-  return going & voxels;
-}
-
-void BlockEditor::contradict(std::size_t layer, const Slices& doubted, const Slices& gone,
-                             bool with_passes, Contradicted& counts) noexcept {
-  const float left = with_passes ? 0.25F * table_.config_.free_weight : 0.0F;
-  for (std::size_t i = 0; i < kLayerOctets; ++i) {
-    const int octet = static_cast<int>(layer * kLayerOctets + i);
-    const unsigned going = of_octet(gone, i);
-    const unsigned voxels = table_.observed_labels(block_, octet) & (of_octet(doubted, i) | going);
-    if (voxels == 0) continue;
-    const unsigned went = contradict(octet, voxels, going, left);
-    counts.cleared += static_cast<std::uint32_t>(count_ones(went));
-    counts.doubted += static_cast<std::uint32_t>(count_ones(voxels & ~went));
-    if (!with_passes) continue;
-    for (unsigned rest = went; rest != 0; rest &= rest - 1) {
-      const int voxel = std::countr_zero(rest);
-      set_passes(octet, voxel, table_.free_passes(block_, octet, voxel) + kPassesOfCleared);
-    }
-  }
 }
 
 bool BlockEditor::give_way(std::size_t layer, const Slices& slices) noexcept {

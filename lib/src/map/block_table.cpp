@@ -77,6 +77,19 @@ std::uint64_t BlockTable::octets_of(const Block& block) const noexcept {
   return octets;
 }
 
+std::array<std::uint8_t, kOctetVoxels> BlockTable::passes_of(const Block& block,
+                                                             int octet) const noexcept {
+  std::array<std::uint8_t, kOctetVoxels> passes{};
+  const SlabHandle page = block.free_passes[layer_of_octet(octet)];
+  if (page == 0) return passes;
+  const std::uint8_t* const from =
+      reinterpret_cast<const FreePage*>(pool_.at(page))->passes.data() +
+      row_in_layer(row_order_corner(octet));
+  for (int pair = 0; pair < kOctetVoxels; pair += 2)
+    std::memcpy(&passes[static_cast<std::size_t>(pair)], from + row_order(0, pair), 2);
+  return passes;
+}
+
 VoxelEvidence BlockTable::evidence(const Block& block, int octet, int voxel) const noexcept {
   VoxelEvidence result;
   result.num_components = num_components();

@@ -3,10 +3,56 @@
 // Labels that a scan sees through (docs/design/theory.md, Evidence that can be contradicted).
 #include <bit>
 
+#include "tessera/base/internal/bits.hpp"
+#include "tessera/base/internal/lanes.hpp"
 #include "tessera/map/internal/block_editor.hpp"
 #include "tessera/map/local_map.hpp"
 
 namespace tessera {
+
+namespace {
+
+/// Of a voxel whose label evidence was contradicted: under what a hit brings.
+constexpr unsigned kPassesOfCleared = 2;
+
+}  // namespace
+
+unsigned BlockEditor::contradict(int octet, unsigned voxels, unsigned going, float left) noexcept {
+  // A pass and a quarter, so that against one pass it is occupied; by less than half of that more,
+  // which is no hit, it is doubted still.
+  const float doubted = 1.25F * table_.config_.free_weight;
+  std::byte* const at = tuples(octet);
+  const TupleStore::Plane sums = table_.tuples_.label_sums(at);
+  for (unsigned rest = voxels; rest != 0; rest &= rest - 1) {
+    const int voxel = std::countr_zero(rest);
+    const float labels = sums[static_cast<std::size_t>(voxel)];
+    if (labels <= 1.5F * doubted) going |= rest & (~rest + 1);
+    const float most = ((going >> static_cast<unsigned>(voxel)) & 1U) != 0 ? left : doubted;
+    if (labels <= most) continue;
+    table_.tuples_.scale(at, voxel, most / labels);
+  }
+  if ((going & voxels) != 0) update_observed(octet, table_.tuples_.label_sums(at));
+  return going & voxels;
+}
+
+void BlockEditor::contradict(std::size_t layer, const Slices& doubted, const Slices& gone,
+                             bool with_passes, Contradicted& counts) noexcept {
+  const float left = with_passes ? 0.25F * table_.config_.free_weight : 0.0F;
+  for (std::size_t i = 0; i < kLayerOctets; ++i) {
+    const int octet = static_cast<int>(layer * kLayerOctets + i);
+    const unsigned going = of_octet(gone, i);
+    const unsigned voxels = table_.observed_labels(block_, octet) & (of_octet(doubted, i) | going);
+    if (voxels == 0) continue;
+    const unsigned went = contradict(octet, voxels, going, left);
+    counts.cleared += static_cast<std::uint32_t>(count_ones(went));
+    counts.doubted += static_cast<std::uint32_t>(count_ones(voxels & ~went));
+    if (!with_passes) continue;
+    for (unsigned rest = went; rest != 0; rest &= rest - 1) {
+      const int voxel = std::countr_zero(rest);
+      set_passes(octet, voxel, table_.free_passes(block_, octet, voxel) + kPassesOfCleared);
+    }
+  }
+}
 
 Contradicted LocalMap::contradict(SlabHandle handle, const VoxelMask& doubted,
                                   const VoxelMask& gone) noexcept {
@@ -33,20 +79,19 @@ struct OccupiedInOctet {
 /// Those of an octet's voxels with labels whose labels are more than their passes weigh.
 OccupiedInOctet occupied_of(const LocalMap& map, const Block& block, int octet) noexcept {
   const unsigned observed = map.observed_labels(block, octet);
-  const bool has_passes = block.free_passes[layer_of_octet(octet)] != 0;
   const TupleStore::Plane sums =
       map.tuples().label_sums(map.pool().at(map.octet_handle(block, octet)));
-  OccupiedInOctet result{.observed = observed};
-  for (unsigned left = observed; left != 0; left &= left - 1) {
-    const int voxel = std::countr_zero(left);
-    const unsigned bit = left & (~left + 1);
-    const float labels = sums[static_cast<std::size_t>(voxel)];
-    const int passes = has_passes ? map.free_passes(block, octet, voxel) : 0;
-    const bool is_occupied = labels > static_cast<float>(passes) * map.config().free_weight;
-    result.all |= is_occupied ? bit : 0U;
-    result.faint |= is_occupied && labels <= LocalMap::Occupied::kFaint ? bit : 0U;
+  const std::array<std::uint8_t, kOctetVoxels> passes = map.passes_of(block, octet);
+  const float weight = map.config().free_weight;
+  unsigned all = 0;
+  for (std::size_t v = 0; v < sums.size(); v += 4) {
+    const Float4 of_passes{static_cast<float>(passes[v]), static_cast<float>(passes[v + 1]),
+                           static_cast<float>(passes[v + 2]), static_cast<float>(passes[v + 3])};
+    all |= bits_of(load4(&sums[v]) > of_passes * weight) << v;
   }
-  return result;
+  all &= observed;
+  const unsigned faint = all & ~bits_above(sums.data(), LocalMap::Occupied::kFaint);
+  return {.observed = observed, .all = all, .faint = faint};
 }
 
 /// Whether any of an octet's voxels has evidence of a class that may move.

@@ -10,21 +10,18 @@ namespace tessera {
 void LabelVotes::add(std::size_t cell, std::uint8_t label, std::uint32_t count) noexcept {
   count = count < kMostAdded ? count : kMostAdded;
   if (count == 0) return;
-  std::size_t slot = kClasses;
-  std::size_t fewest = 0;
-  std::uint32_t fewest_votes = ~std::uint32_t{0};
-  for (std::size_t s = 0; s < kClasses; ++s) {
-    const std::uint32_t its = total(s);
-    if (its != 0 && labels[s] == label) {
-      slot = s;
-      break;
-    }
-    if (its < fewest_votes || (its == fewest_votes && labels[s] > labels[fewest])) {
-      fewest = s;
-      fewest_votes = its;
-    }
-  }
+  std::size_t slot = 0;
+  while (slot < kClasses && !(labels[slot] == label && has_votes(slot))) ++slot;
   if (slot == kClasses) {
+    std::size_t fewest = 0;
+    std::uint32_t fewest_votes = ~std::uint32_t{0};
+    for (std::size_t s = 0; s < kClasses; ++s) {
+      const std::uint32_t its = total(s);
+      if (its < fewest_votes || (its == fewest_votes && labels[s] > labels[fewest])) {
+        fewest = s;
+        fewest_votes = its;
+      }
+    }
     if (fewest_votes >= count) return take(fewest, cell, count);
     count -= fewest_votes;
     slot = fewest;

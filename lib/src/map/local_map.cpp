@@ -111,13 +111,7 @@ Status LocalMap::query(std::span<const Point3f> points_map,
 // --- Writing -------------------------------------------------------------------------------------
 
 Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& added) noexcept {
-  if ((added.components() & ~std::uint64_t{1}) == 0) return Status::kOk;
-  BlockEditor editor(*this, handle);
-  const Status status = editor.ensure_octet(octet);
-  if (status != Status::kOk) return status;
-  editor.add_labels(octet, added);
-  editor.note_revision();
-  return Status::kOk;
+  return LabelChange(*this, handle).add(octet, added);
 }
 
 /// In rounds, so that the octets' memory, which mostly is in no cache, is waited for together.

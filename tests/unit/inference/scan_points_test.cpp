@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/inference/internal/scan_points.hpp"
 
+#include <array>
 #include <catch2/catch.hpp>
+#include <limits>
+#include <random>
 #include <vector>
 
 #include "hand_clock.hpp"
@@ -61,6 +64,76 @@ TEST_CASE("ScanPoints: a return beyond the range limit is the end of a ray at th
   CHECK(held.points.rays()[0].p_map.z() == Approx(2.4));
   CHECK(&held.points.end_of_ray(2) == held.points.rays().data());
   CHECK(held.points.admitted().size() == 2);
+}
+
+TEST_CASE("ScanPoints: returns are placed alike in all widths, and refused alike") {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kInfinite = std::numeric_limits<float>::infinity();
+  // In turns, so that each comes beside others; the last are fewer than a machine has lanes.
+  const std::vector<std::array<float, 3>> special{
+      {0.0F, 0.0F, 0.0F},     {0.3F, 0.0F, 0.0F},   {kNan, 1.0F, 1.0F},   {1.0F, kInfinite, 1.0F},
+      {1.0F, 1.0F, -3.4e38F}, {39.9F, 0.0F, 0.0F},  {40.1F, 0.0F, 0.0F},  {900.0F, 1.0F, 0.0F},
+      {0.0F, -1.0F, 0.0F},    {0.9F, -0.9F, 0.05F}, {0.0F, 0.0F, 3.0e7F}, {-40.0F, 0.0F, 0.0F}};
+  std::vector<float> xyz;
+  std::vector<float> weights;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> coordinate(-45.0F, 45.0F);
+  for (std::size_t i = 0; i < 4003; ++i) {
+    const std::array<float, 3> any{coordinate(random), coordinate(random), coordinate(random)};
+    const std::array<float, 3>& p = i % 7 == 0 ? special[i / 7 % special.size()] : any;
+    xyz.insert(xyz.end(), p.begin(), p.end());
+    weights.push_back(i % 31 == 0 ? kNan : (i % 17 == 0 ? -1.0F : 0.5F));
+  }
+  // Farther than floats tell voxels apart, at the grid's end, and turned.
+  const std::array<Point3d, 3> places{Point3d(0.213, -0.127, 0.341), Point3d(8.0e5, -3.0e5, 12.5),
+                                      Point3d(838859.5, 0.0, 0.0)};
+  for (const Point3d& place : places) {
+    for (const bool with_body : {false, true}) {
+      InferenceConfig config = config_without_thinning();
+      config.max_range_m = 40.0F;
+      config.free_space.enabled = true;
+      if (with_body) {
+        config.body.boxes[0] = {.low = {-1.0F, -1.0F, -1.0F}, .high = {1.0F, 1.0F, 1.0F}};
+        config.body.count = 1;
+      }
+      ScanView scan;
+      scan.T_map_sensor.row(0) << 0.6, -0.8, 0.0, place.x();
+      scan.T_map_sensor.row(1) << 0.8, 0.6, 0.0, place.y();
+      scan.T_map_sensor.row(2) << 0.0, 0.0, 1.0, place.z();
+      scan.points = xyz.data();
+      scan.stride_floats = 3;
+      scan.count = weights.size();
+      scan.weights = with_body ? weights.data() : nullptr;
+      const auto registered = [&](LaneWidth lanes) {
+        AlignedMemory memory(ScanPoints::required_bytes(scan.count));
+        Arena arena(memory.span());
+        ScanPoints points = ScanPoints::make(arena, scan.count, lanes);
+        ScanWork work;
+        ScanReport report;
+        work.begin(nullptr);
+        REQUIRE(points.begin(kLattice, place));
+        points.register_returns(kLattice, scan, config, 6, work, report);
+        CHECK(report.in_range > 500);
+        std::vector<double> all{
+            static_cast<double>(report.non_finite), static_cast<double>(report.too_near),
+            static_cast<double>(report.on_body),    static_cast<double>(report.out_of_grid),
+            static_cast<double>(report.in_range),   static_cast<double>(report.beyond_range)};
+        for (const std::span<const ScanPoint> part : {points.returns(), points.returns_beyond()}) {
+          for (const ScanPoint& p : part) {
+            const VoxelCoord& v = p.voxel;
+            for (const double value :
+                 {static_cast<double>(p.p_map.x()), static_cast<double>(p.p_map.y()),
+                  static_cast<double>(p.p_map.z()), static_cast<double>(p.weight),
+                  static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z),
+                  static_cast<double>(p.component), static_cast<double>(p.label_weights)})
+              all.push_back(value);
+          }
+        }
+        return all;
+      };
+      CHECK(registered(LaneWidth::kWidest) == registered(LaneWidth::kFour));
+    }
+  }
 }
 
 TEST_CASE("ScanPoints: where the time is up all returns are left out, and counted") {

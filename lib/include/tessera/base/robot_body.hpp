@@ -144,6 +144,8 @@ class BodyView {
   [[nodiscard]] bool holds(const Point3d& p_sensor, double square_m2) const noexcept {
     return square_m2 <= farthest_square_m2_ && body_.holds(apply(T_body_sensor_, p_sensor));
   }
+  /// What is farther from the sensor than this is not on the body; negative: there is none.
+  [[nodiscard]] double farthest_square_m2() const noexcept { return farthest_square_m2_; }
   /// The ray from the sensor along p_sensor meets the body. O(boxes).
   [[nodiscard]] bool is_met_by(const Point3d& p_sensor) const noexcept {
     return body_.count > 0 &&

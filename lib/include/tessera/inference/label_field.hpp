@@ -36,7 +36,8 @@ class LabelField {
       layers |= ((octets >> (unsigned{kLayerOctets} * z)) & 0xffffU) != 0 ? 1U << z : 0U;
     return layers;
   }
-  /// Takes the kernels for a scan of a map of these classes. O(C).
+  /// Takes the kernels for a scan of a map of these classes. Which blocks there are is asked once
+  /// from here on: none may be opened or closed between the first look() and the last. O(C).
   void begin(const LatticeConfig& config, const ClassTable& classes, double resolution_m) noexcept;
   /// Adds the votes of the tiles' points, whose blocks are open, and opens the label pages of the
   /// layers of all units that may receive evidence. Room was reserved for them; returned is for how
@@ -73,15 +74,25 @@ class LabelField {
     std::array<Float4, kCells> along{};  ///< From each cell to the four octets along an axis.
     float next_layer = 0.0F;             ///< From a layer to the next.
   };
+  /// A place of a block, and the block that the map has there.
+  struct KnownBlock {
+    BlockCoord at{kBlockLimit, 0, 0};  ///< No place of the grid.
+    SlabHandle handle = 0;
+  };
+  static constexpr int kKnownRow = 128;  ///< On x; four on y and z.
   /// Kept in the arena: what a program puts on its stack stays small.
   struct State {
     std::array<Weights, kMaxComponents> weights{};
     std::uint64_t found = 0;                       ///< Classes with a window, a bit each.
     std::array<Window, kMaxComponents> windows{};  ///< By class, as the sums.
     std::array<Sums, kMaxComponents> sums{};
+    /// By the lower bits of the place: tiles side by side look at the same blocks.
+    std::array<KnownBlock, std::size_t{16} * kKnownRow> known{};
   };
 
   [[nodiscard]] static Weights weights_of(const ClassKernel& kernel, double resolution_m) noexcept;
+  /// LocalMap::find_handle() of three blocks that follow each other along x.
+  void find_row(const LocalMap& map, const BlockCoord& middle, SlabHandle* into) noexcept;
   /// Into the window's layers, a bit each, at these cells.
   void gather(LocalMap& map, SlabHandle block, unsigned layers, std::size_t x,
               std::size_t y) noexcept;

@@ -28,7 +28,6 @@ using Long2 = std::int64_t __attribute__((vector_size(16)));
   return lanes;
 }
 inline void store4(float* p, Float4 lanes) noexcept { std::memcpy(p, &lanes, sizeof(lanes)); }
-
 /// Correctly rounded in each lane (IEEE 754).
 [[nodiscard]] inline Float4 sqrt4(Float4 v) noexcept {
 #if defined(__SSE__)

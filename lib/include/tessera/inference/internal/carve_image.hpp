@@ -12,6 +12,7 @@
 #include "tessera/base/internal/lane_width.hpp"
 #include "tessera/inference/internal/seen_image.hpp"
 #include "tessera/inference/internal/slab_walk.hpp"
+#include "tessera/registration/scan.hpp"
 
 namespace tessera {
 
@@ -85,7 +86,7 @@ class CarveImage {
 
   [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
     return arena_bytes<std::int16_t>(kImage) + 2 * arena_bytes<std::int16_t>(kFace) +
-           arena_bytes<std::int16_t>(kFarthest) +
+           arena_bytes<std::int16_t>(kFarthest + kReadBeyond) +
            CubeFace::kCount * SeenImage::required_bytes(kEdge);
   }
   /// Fails with kResourceExhausted iff the arena is too small.
@@ -99,6 +100,8 @@ class CarveImage {
   /// Adds a return at d (metres from the sensor, finite and not zero). is_hit: false: nothing was
   /// met up to range_m. O(1).
   void add(const Point3d& d, bool is_hit) noexcept;
+  /// The same of hits, seen from origin_map. O(hits).
+  void add_hits(std::span<const ScanPoint> hits, const Point3d& origin_map) noexcept;
   /// After the last add(): makes the levels. O(pixels of the rows with returns).
   void finish() noexcept;
 
@@ -163,6 +166,8 @@ class CarveImage {
     return begin;
   }();
   static constexpr std::size_t kFarthest = CarveLayout::far_begin_of(0, kLevels, 0);
+  /// may_reach() reads four values of a row, wherever it ends.
+  static constexpr std::size_t kReadBeyond = 3;
   static constexpr auto kFarBegin = [] {
     constexpr int kSteps = CarveLayout::kFarSteps;
     std::array<std::size_t, std::size_t{CubeFace::kCount} * kLevels * kSteps> begin{};
@@ -179,10 +184,12 @@ class CarveImage {
     return kFarBegin[static_cast<std::size_t>((face * kLevels + level) * CarveLayout::kFarSteps +
                                               step)];
   }
+  void put(int axis, bool negative, int row, int column, std::int16_t value) noexcept;
   void make_farthest(int face, int level) noexcept;
   void make_levels(int face) noexcept;
 
   const ImageRows* row_functions_ = nullptr;
+  bool by_fours_ = false;  ///< Hits are added as machines with AVX2 can.
   std::span<std::int16_t> image_;
   std::span<std::int16_t> nearest_;
   std::span<std::int16_t> seen_;

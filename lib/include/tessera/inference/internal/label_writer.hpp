@@ -37,7 +37,8 @@ class LabelWriter {
  private:
   void write_units(LocalMap& map, const ScanTiles& tiles, const Tile& tile, EvidenceWork& work,
                    ScanReport& report) noexcept;
-  void write_octet(LocalMap& map, SlabHandle block, int octet, ScanReport& report) noexcept;
+  void write_octets(LocalMap& map, const ScanTiles& tiles, const Tile& tile, EvidenceWork& work,
+                    ScanReport& report) noexcept;
 
   InferenceConfig config_{};
   std::span<OctetEvidence> octet_;  ///< Sums of the current octet.

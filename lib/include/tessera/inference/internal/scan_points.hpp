@@ -7,6 +7,7 @@
 #include <span>
 
 #include "tessera/base/arena.hpp"
+#include "tessera/base/internal/lane_width.hpp"
 #include "tessera/base/internal/radix_sort.hpp"
 #include "tessera/inference/inference_config.hpp"
 #include "tessera/inference/internal/scan_work.hpp"
@@ -23,7 +24,9 @@ class ScanPoints {
     return 2 * arena_bytes<ScanPoint>(capacity) + arena_bytes<KeyedIndex>(2 * capacity);
   }
   /// capacity: most returns of a scan, at least 1. The arena must have required_bytes().
-  [[nodiscard]] static ScanPoints make(Arena& arena, std::size_t capacity) noexcept;
+  /// The bits are the same for all widths of lanes.
+  [[nodiscard]] static ScanPoints make(Arena& arena, std::size_t capacity,
+                                       LaneWidth lanes = LaneWidth::kWidest) noexcept;
   /// No memory: every return of a scan is over capacity.
   ScanPoints() noexcept = default;
 
@@ -90,6 +93,7 @@ class ScanPoints {
   std::size_t admitted_count_ = 0;
   std::size_t ray_count_ = 0;
   float largest_weight_ = 0.0F;  ///< Of the thinned points.
+  bool by_fours_ = false;        ///< Returns are placed as machines with AVX2 can.
   Point3d origin_map_ = Point3d::Zero();
   VoxelCoord origin_voxel_{};
 };

@@ -51,6 +51,12 @@ struct UnitOctets {
     return {place.data(), static_cast<std::size_t>(count)};
   }
 };
+/// The octet that a unit of two voxels is.
+[[nodiscard]] constexpr OctetPlace octet_of_unit(int unit) noexcept {
+  return {.corner = {static_cast<std::int8_t>(2 * (unit & 3)),
+                     static_cast<std::int8_t>(2 * ((unit >> 2) & 3)),
+                     static_cast<std::int8_t>(2 * (unit >> 4))}};
+}
 [[nodiscard]] inline UnitOctets octets_of_unit(int unit, int unit_edge) noexcept {
   const auto place = [](int x, int y, int z, unsigned voxels) {
     return OctetPlace{.corner = {static_cast<std::int8_t>(x), static_cast<std::int8_t>(y),
@@ -62,7 +68,7 @@ struct UnitOctets {
   const int y = ((unit >> 2) & 3) * unit_edge;
   const int z = (unit >> 4) * unit_edge;
   if (unit_edge == 2) {
-    octets.place[0] = place(x, y, z, 0xffU);
+    octets.place[0] = octet_of_unit(unit);
   } else if (unit_edge == 1) {
     // A tile of four voxels starts at an even voxel of the map, so parity in the tile is parity in
     // the map.
@@ -148,6 +154,12 @@ bool for_units_across(const BlockCoord& tile, int unit, Visit&& visit) noexcept 
 void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
                 const KernelShape& kernel, AddOctetPoints wide, OctetEvidence& into,
                 EvidenceWork& work) noexcept;
+/// What wide lanes need for that; the sums of an octet may be of several calls.
+[[nodiscard]] OctetPoints octet_points(const OctetPlace& octet, const KernelShape& kernel,
+                                       OctetEvidence& into) noexcept;
+/// The same with what octet_points() gave, and with into.set_touched() after the last call.
+void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
+                AddOctetPoints wide, OctetPoints& all, EvidenceWork& work) noexcept;
 /// Of the widest lanes that this machine has.
 [[nodiscard]] AddOctetPoints widest_octet_points() noexcept;
 

@@ -6,6 +6,8 @@
 // n w + s <= S holds after every call (to float rounding).
 #pragma once
 
+#include <optional>
+
 #include "tessera/map/block_content.hpp"
 #include "tessera/map/internal/block_table.hpp"
 
@@ -52,9 +54,9 @@ class BlockEditor {
                   const LabelShares& shares) noexcept;
   /// There must be storage for it.
   void ensure_label_page(std::size_t layer) noexcept;
-  /// From now on label pages stay that have lost their last octet; to be taken back later
+  /// Whether from now on label pages stay that have lost their last octet; to be taken back later
   /// (drop_label_page).
-  void keep_label_pages() noexcept { keeps_label_pages_ = true; }
+  void keep_label_pages(bool keep) noexcept { keeps_label_pages_ = keep; }
   /// Takes back a label page without octets.
   void drop_label_page(std::size_t layer) noexcept;
   /// Makes a voxel's counts these; there must be room. voxel: of the octet, 0 to 7.
@@ -106,13 +108,14 @@ class BlockEditor {
   void note_components(std::uint64_t components) noexcept {
     if ((components & table_.classes_.moving()) != 0) table_.join_moving(handle_);
   }
-  /// Holds the cap. Mostly there are no passes and no full voxel.
-  template <class Evidence>
-  void end_adding(int octet, const Evidence& added, TupleStore::Plane& sums) noexcept {
+  /// Holds the cap of the octet's voxels() that evidence was added to. Mostly there are no passes
+  /// and no full voxel.
+  template <class Voxels>
+  void end_adding(int octet, Voxels&& voxels, TupleStore::Plane& sums) noexcept {
     const float cap = table_.config_.max_evidence;
     if (cap > 0.0F &&
         (block_.free_passes[layer_of_octet(octet)] != 0 || bits_above(sums.data(), cap) != 0))
-      hold_cap(octet, labelled_voxels(added), sums);
+      hold_cap(octet, voxels(), sums);
     update_observed(octet, sums);
   }
   void hold_cap(int octet, unsigned voxels, TupleStore::Plane& sums) noexcept;
@@ -132,7 +135,27 @@ template <class Evidence>
 void BlockEditor::add_labels(int octet, const Evidence& added) noexcept {
   note_components(added.components() & ~std::uint64_t{1});
   TupleStore::Plane sums = table_.tuples_.add(tuples(octet), added);
-  end_adding(octet, added, sums);
+  end_adding(
+      octet, [&added] { return labelled_voxels(added); }, sums);
 }
+
+/// A scan's label evidence for octets of one block: one change of the block for all of them, which
+/// begins with the first.
+class LabelChange {
+ public:
+  LabelChange(BlockTable& table, SlabHandle handle) noexcept : table_(table), handle_(handle) {}
+  /// LocalMap::add_labels() of an octet; with shares iff they are of a class.
+  Status add(int octet, const OctetEvidence& added, const LabelShares& shares = {}) noexcept;
+  /// Fetches what add() reads first of an octet, if that is there. O(1).
+  void prefetch(int octet) const noexcept {
+    const SlabHandle tuples = table_.octet_handle(table_.block_at(handle_), octet);
+    if (tuples != 0) table_.tuples().prefetch_to_add(table_.pool().at(tuples));
+  }
+
+ private:
+  BlockTable& table_;
+  SlabHandle handle_;
+  std::optional<BlockEditor> editor_{};
+};
 
 }  // namespace tessera

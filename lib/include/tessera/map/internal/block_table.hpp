@@ -97,6 +97,9 @@ class BlockTable {
   [[nodiscard]] std::uint8_t free_passes(const Block& block, int octet, int voxel) const noexcept {
     return free_passes(block, row_order(octet, voxel));
   }
+  /// Of an octet's voxels.
+  [[nodiscard]] std::array<std::uint8_t, kOctetVoxels> passes_of(const Block& block,
+                                                                 int octet) const noexcept;
   /// Grows by one with every scan; a block's revision tells which scan changed it last.
   [[nodiscard]] std::uint32_t revision() const noexcept { return revision_; }
   /// The newest stamp of any block: every change gives its block a larger one.

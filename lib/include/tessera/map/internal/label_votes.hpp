@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -49,6 +50,9 @@ struct LabelVotes {
   std::size_t by_class(std::array<std::uint8_t, kClasses>& slots) const noexcept;
 
  private:
+  [[nodiscard]] bool has_votes(std::size_t slot) const noexcept {
+    return std::bit_cast<std::uint64_t>(votes[slot]) != 0;
+  }
   [[nodiscard]] std::uint32_t total(std::size_t slot) const noexcept {
     std::uint32_t sum = 0;
     for (const std::uint16_t count : votes[slot]) sum += count;
