@@ -8,6 +8,19 @@
 
 namespace tessera {
 
+namespace {
+
+/// What follows the name of a file.
+std::string why_refused(Status status) {
+  if (status == Status::kResourceExhausted)
+    return " has no place: give a larger [network] contributions";
+  if (status == Status::kUnsupported)
+    return " needs a robot whose frame is known: give it, with [fusion] frames = \"given\"";
+  return std::string(" is refused: ") + to_string(status);
+}
+
+}  // namespace
+
 SessionLoader::SessionLoader(const std::vector<SessionOptions>& wanted) {
   for (const SessionOptions& options : wanted) items_.push_back({.options = options});
 }
@@ -128,11 +141,7 @@ SessionLoader::News SessionLoader::take_result() {
   }
   // In another epoch it is opened again.
   if (epochs_.load(std::memory_order_acquire) != epochs_seen_) return {};
-  if (!job->is_open)
-    return leave_out(
-        item, item.options.file + (job->status == Status::kResourceExhausted
-                                       ? " has no place: give a larger [network] contributions"
-                                       : std::string(" is refused: ") + to_string(job->status)));
+  if (!job->is_open) return leave_out(item, item.options.file + why_refused(job->status));
   // What was taken out of the configuration meanwhile is removed next.
   if (item.state == State::kWaiting) item.state = State::kShared;
   item.submap = job->submap;

@@ -117,8 +117,9 @@ T_global_map: (4, 4); None: the file's own, or the identity. date_s: of the map,
 None: when the file was last written. At most 8 at a time. Those that an earlier epoch of this robot
 had end when it starts.
 
-Raises InputError iff the file is missing, damaged, of another resolution, other classes or another
-weight of free passes, or its content is shared already; Error iff there is no place for it.)")
+Raises InputError iff the robot's own frame is not known exactly (frames), the file is missing,
+damaged, of another resolution, other classes or another weight of free passes, or its content is
+shared already; Error iff there is no place for it.)")
       .def(
           "remove_session", &remove, py::arg("session"),
           R"(Removes a session everywhere; ticks free its memory. Raises InputError iff there is none of that number.)")

@@ -147,6 +147,17 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("SessionLoader: a robot that finds its frame leaves out what a reload names") {
+  const test::TemporaryFolder folder;
+  RobotConfig config = Loading::first_config();
+  config.frames.mode = FrameMode::kFound;
+  Loading node({{.file = write(folder.file("good.tsm"), 30, 0)}}, config);
+  node.run(20);
+  CHECK(node.state_of(0) == "left out");
+  REQUIRE(node.lines.size() == 1);
+  CHECK(node.lines[0].find("good.tsm needs a robot whose frame is known") != std::string::npos);
+}
+
 TEST_CASE("SessionLoader: what is no longer wanted is removed, and what is new is loaded") {
   const test::TemporaryFolder folder;
   const SessionOptions a{.file = write(folder.file("a.tsm"), 200, 0)};
