@@ -118,9 +118,8 @@ inline constexpr Setting kSharingRows[] = {
                                           {.allowed = from_to(0.0, 57.0, "degrees")}),
     row<&SharingOptions::frame_robots>(
         {.table = "fusion", .key = "frame_robots"},
-        "most robots whose frames are found, those with the lowest numbers; finding frames takes "
-        "17 MB beside `memory`, with 64 robots 19 MB, and 32 bytes for each block that copies of "
-        "contributions have room for",
+        "most robots whose frames are found, those with the lowest numbers; this takes 17 to 19 MB "
+        "beside `memory`, and 32 bytes for each block of copies",
         {.allowed = from_to(1.0, TeamFrames::kMostRobots)}),
 };
 inline constexpr SettingTable<SharingOptions> kSharingSettings{kSharingRows};
