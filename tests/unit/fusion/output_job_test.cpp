@@ -63,7 +63,7 @@ struct Bench {
     std::uint64_t work = 0;
     for (int row = 0; row < kBlockVoxels; row += 37) {
       const auto result = job.brick().result(voxel_of_row(block, row), work);
-      all[row] = std::vector<float>(result.z, result.z + job.brick().lanes().size());
+      all[row] = std::vector<float>(result.sigma, result.sigma + job.brick().lanes().size());
     }
     return all;
   }
