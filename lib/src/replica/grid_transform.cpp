@@ -112,17 +112,17 @@ void floor_two(const Double2& value, std::int32_t* to) noexcept {
 void GridTransform::to_local(BlockCoord global, std::span<VoxelCoord> rows) const noexcept {
   constexpr auto kEdge = static_cast<std::size_t>(kBlockEdge);
   const VoxelCoord corner = voxel_at(global, 0, 0);
-  std::array<std::array<std::int32_t, kBlockVoxels>, 3> local;  // NOLINT: all of it is written
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::array<Double2, kEdge / 2> of_x;  // NOLINT: all of it is written
-    for (std::size_t i = 0; i < of_x.size(); ++i) {
-      const auto first = static_cast<std::int32_t>(2 * i);
-      of_x[i] = Double2{r_[axis] * (corner.x + first + 0.5 - t_[0]),
-                        r_[axis] * (corner.x + first + 1 + 0.5 - t_[0])};
-    }
-    std::int32_t* to = local[axis].data();
-    for (std::int32_t z = 0; z < kBlockEdge; ++z) {
-      const double of_z = r_[6 + axis] * (corner.z + z + 0.5 - t_[2]);
+  for (std::size_t z = 0; z < kEdge; ++z) {
+    const double to_z = corner.z + static_cast<std::int32_t>(z) + 0.5 - t_[2];
+    std::array<std::array<std::int32_t, kEdge * kEdge>, 3> local;  // NOLINT: all of it is written
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::array<Double2, kEdge / 2> of_x;  // NOLINT: all of it is written
+      for (std::size_t i = 0; i < of_x.size(); ++i) {
+        const std::int32_t x = corner.x + static_cast<std::int32_t>(2 * i);
+        of_x[i] = Double2{r_[axis] * (x + 0.5 - t_[0]), r_[axis] * (x + 1 + 0.5 - t_[0])};
+      }
+      const double of_z = r_[6 + axis] * to_z;
+      std::int32_t* to = local[axis].data();
       for (std::int32_t y = 0; y < kBlockEdge; ++y) {
         const double of_y = r_[3 + axis] * (corner.y + y + 0.5 - t_[1]);
         for (const Double2& two : of_x) {
@@ -131,9 +131,9 @@ void GridTransform::to_local(BlockCoord global, std::span<VoxelCoord> rows) cons
         }
       }
     }
+    for (std::size_t i = 0; i < kEdge * kEdge; ++i)
+      rows[kEdge * kEdge * z + i] = {local[0][i], local[1][i], local[2][i]};
   }
-  for (std::size_t row = 0; row < rows.size(); ++row)
-    rows[row] = {local[0][row], local[1][row], local[2][row]};
 }
 
 GridTransform::BoxCorners GridTransform::box_corners(VoxelCoord local,
