@@ -235,11 +235,20 @@ bool Integrator::fill_scratch(const LocalMap& map) noexcept {
 /// Asked before blocks are opened: one opened in vain would keep its page from other uses.
 bool Integrator::fits_whole(const LocalMap& map) noexcept {
   SlabPool::Counts wanted{};
-  for (Tile& tile : scratch_.tiles.tiles()) {
-    if (tile.wanted != 0) count_tile(map, scratch_.tiles.unit_edge(), tile, tile.wanted, 0, wanted);
+  const auto prefetch = [&map](const auto& items, std::size_t i) {
+    constexpr std::size_t kAhead = 4;  // of those that are looked up
+    if (i + kAhead < items.size()) map.index().prefetch(pack_in_grid(items[i + kAhead].coord));
+  };
+  const std::span<Tile> tiles = scratch_.tiles.tiles();
+  const int edge = scratch_.tiles.unit_edge();
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    if (edge == 2) prefetch(tiles, i);
+    if (tiles[i].wanted != 0) count_tile(map, edge, tiles[i], tiles[i].wanted, 0, wanted);
   }
-  for (RayBlock& ray_block : scratch_.free_space.blocks()) {
-    if (ray_block.carves()) count_ray_block(map, ray_block, wanted);
+  const std::span<RayBlock> blocks = scratch_.free_space.blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    prefetch(blocks, i);
+    if (blocks[i].carves()) count_ray_block(map, blocks[i], wanted);
   }
   return map.fits(wanted);
 }

@@ -51,8 +51,9 @@ namespace {
 
 /// Fetches what write_free_space() reads of the next blocks: of one the header, of the one before
 /// the pages of passes that it names.
-void prefetch_blocks(const LocalMap& map, std::span<const RayBlock> blocks,
-                     const RayBlock& current) noexcept {
+[[gnu::always_inline]] inline void prefetch_blocks(const LocalMap& map,
+                                                   std::span<const RayBlock> blocks,
+                                                   const RayBlock& current) noexcept {
   const auto at = static_cast<std::size_t>(&current - blocks.data());
   if (at + 2 < blocks.size() && blocks[at + 2].block != 0)
     __builtin_prefetch(map.pool().at(blocks[at + 2].block), 1);

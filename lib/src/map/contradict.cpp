@@ -124,6 +124,9 @@ LocalMap::Occupied LocalMap::occupied(SlabHandle handle, const VoxelMask& asked)
   const std::uint64_t moving = may_move(handle) ? classes().moving() : 0;
   Occupied result;
   bool holds = false;
+  // All of them, so that their memory is waited for together.
+  for (std::uint64_t octets = octets_of(block); octets != 0; octets &= octets - 1)
+    tuples().prefetch(pool().at(octet_handle(block, std::countr_zero(octets))));
   for (std::uint64_t octets = octets_of(block); octets != 0; octets &= octets - 1) {
     const int octet = std::countr_zero(octets);
     const std::size_t layer = layer_of_octet(octet);

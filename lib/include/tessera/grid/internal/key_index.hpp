@@ -49,8 +49,8 @@ class KeyIndex {
     return std::nullopt;
   }
 
-  /// Fetches the memory that find() reads. O(1).
-  void prefetch(BlockKey key) const noexcept {
+  /// Fetches the memory that find() reads. O(1). Compilers drop calls of what does nothing else.
+  [[gnu::always_inline]] void prefetch(BlockKey key) const noexcept {
     if (buckets_.empty()) return;
     const std::uint64_t hash = hash_of(key);
     __builtin_prefetch(&buckets_[first_bucket(hash)], 1);

@@ -79,7 +79,9 @@ class FreeSpace {
     return block->passed.data();
   }
   /// Fetches the memory that words_of() reads first of a block in the grid. O(1).
-  void prefetch(BlockCoord coord) const noexcept { index_.prefetch(pack_in_grid(coord)); }
+  [[gnu::always_inline]] void prefetch(BlockCoord coord) const noexcept {
+    index_.prefetch(pack_in_grid(coord));
+  }
   /// Without rays: marks the voxels of returns as hit where there are blocks. O(returns).
   void mark_hits(std::span<const ScanPoint> returns) noexcept;
   /// Whether a return is in the voxel, if it is in a block that anything was marked in. O(1).

@@ -147,7 +147,7 @@ class LabelChange {
   /// LocalMap::add_labels() of an octet; with shares iff they are of a class.
   Status add(int octet, const OctetEvidence& added, const LabelShares& shares = {}) noexcept;
   /// Fetches what add() reads first of an octet, if that is there. O(1).
-  void prefetch(int octet) const noexcept {
+  [[gnu::always_inline]] void prefetch(int octet) const noexcept {
     const SlabHandle tuples = table_.octet_handle(table_.block_at(handle_), octet);
     if (tuples != 0) table_.tuples().prefetch_to_add(table_.pool().at(tuples));
   }

@@ -105,8 +105,9 @@ class TupleStore {
     __builtin_prefetch(octet);
     __builtin_prefetch(octet + first_bytes() / 2);
   }
-  /// Prefetches the memory that adding reads first, and once that is there the rest.
-  void prefetch_to_add(const std::byte* octet) const noexcept {
+  /// Prefetches the memory that adding reads first, and once that is there the rest. Compilers drop
+  /// calls of what does nothing else.
+  [[gnu::always_inline]] void prefetch_to_add(const std::byte* octet) const noexcept {
     __builtin_prefetch(octet, 1);
     __builtin_prefetch(octet + first_bytes() / 2, 1);
   }
