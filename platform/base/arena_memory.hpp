@@ -11,9 +11,7 @@
 
 namespace tessera {
 
-/// Memory for arenas, aligned to kArenaAlignment; pages count only once they are touched. Large
-/// pages where the system has them: a map's parts lie far apart, and what looks up where a page is
-/// remembers few of them.
+/// Memory for arenas, aligned to kArenaAlignment; pages count only once they are touched.
 class ArenaMemory {
  public:
   ArenaMemory() noexcept = default;
@@ -26,7 +24,6 @@ class ArenaMemory {
 
  private:
   struct Free {
-    std::size_t alignment;  ///< Initialised with the pointer.
     void operator()(std::byte* bytes) const;
   };
   std::unique_ptr<std::byte, Free> bytes_;
