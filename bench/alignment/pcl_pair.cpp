@@ -83,6 +83,7 @@ Features::Ptr features_of(const Cloud::Ptr& points) {
 }
 
 double share_near(const Cloud::Ptr& a, const Cloud::Ptr& b, const Eigen::Matrix4f& T_a_b) {
+  if (!T_a_b.allFinite()) return 0.0;
   Cloud moved;
   pcl::transformPointCloud(*b, moved, T_a_b);
   pcl::search::KdTree<Point> tree;

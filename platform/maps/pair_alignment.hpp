@@ -29,7 +29,6 @@ struct PairAlignment {
   std::optional<FrameAnswer> frame{};
 };
 
-/// Surfaces are compared of up to this number of maps: of more it would take minutes.
 /// Tells how far the pairs of maps are.
 class PairsProgress {
  public:
@@ -56,6 +55,7 @@ class PairsProgress {
   std::uint64_t at_ = 0;
 };
 
+/// Surfaces are compared of up to this number of maps: of more it would take minutes.
 inline constexpr std::size_t kMostAligned = 16;
 
 /// Whether it is not one of several submaps.

@@ -71,8 +71,10 @@ Outcome<SessionFile> load_session(const SessionOptions& options) {
 
 Outcome<void> check_frame_of_sessions(const FramesConfig& frames, const SettingName& setting) {
   if (knows_own_frame(frames)) return {};
-  return Failure{Message("sessions need a robot whose frame is known: ") + setting + " is " +
-                 to_string(frames.mode) + "; leave out the sessions, or give the frame"};
+  return Failure{
+      Message("sessions need a robot whose frame is known: ") + setting + " is " +
+      to_string(frames.mode) +
+      "; leave out the sessions, or have it given, or refined from an exact one (sigmas of 0)"};
 }
 
 Outcome<void> check_session(const SessionFile& file, const MapConfig& map,

@@ -17,6 +17,9 @@ class FramesWatch {
  public:
   static constexpr std::int64_t kPause_us = 500'000;
 
+  /// mode: as the robot finds its frame, before the first look().
+  explicit FramesWatch(FrameMode mode) noexcept { now_.mode = mode; }
+
   /// Logs a line when a robot's frame is found, changes how it is held, or is withdrawn; and, where
   /// frames are given, when others are first seen to find theirs.
   void look(const Sharer& sharer, std::uint32_t own_robot, std::int64_t now_us,
@@ -24,7 +27,7 @@ class FramesWatch {
   /// For any thread: as of the last look().
   [[nodiscard]] FramesState view() const noexcept {
     FramesState view;
-    static_cast<void>(view_.get(view));
+    if (!view_.get(view)) view.mode = now_.mode;
     return view;
   }
 

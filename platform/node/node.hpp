@@ -231,7 +231,7 @@ class Node {
   std::optional<DatagramDoor> door_;  ///< Before the port, whose thread calls it.
   std::optional<FleetWatch> fleet_;
   DoubtWatch doubts_;
-  FramesWatch frames_;
+  FramesWatch frames_{config_.frames};
   std::unique_ptr<NetworkPort> port_;
   WakeUp mapping_wake_;  ///< Before its users.
   // Each may be null, except mapping and sharing.

@@ -15,7 +15,9 @@ std::string why_refused(Status status) {
   if (status == Status::kResourceExhausted)
     return " has no place: give a larger [network] contributions";
   if (status == Status::kUnsupported)
-    return " needs a robot whose frame is known: give it, with [fusion] frames = \"given\"";
+    return " needs a robot whose frame is known: [fusion] frames = \"given\", or \"refined\" from "
+           "an "
+           "exact one, with frame_sigma_m = 0 and frame_sigma_deg = 0";
   return std::string(" is refused: ") + to_string(status);
 }
 

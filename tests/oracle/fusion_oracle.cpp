@@ -165,10 +165,10 @@ Eigen::Index leading(const Matrix& counts, Eigen::Index node) {
   return most;
 }
 
-/// Evidence within 2.5 D, the node's own included, at most 2 of each, of which not two thirds are of
-/// other classes, or not two fifths of the one that would follow.
-bool keeps_label(const std::vector<Voxel>& nodes, const Matrix& B, Eigen::Index node,
-                 Eigen::Index follows, double length) {
+/// Evidence within 2.5 D, the node's own included, at most 2 of each, of which not two thirds are
+/// of other classes, or not two fifths of the one that would follow. None: too near to tell.
+std::optional<bool> keeps_label(const std::vector<Voxel>& nodes, const Matrix& B, Eigen::Index node,
+                                Eigen::Index follows, double length) {
   double same = 0.0;
   double other = 0.0;
   double all = 0.0;
@@ -187,7 +187,12 @@ bool keeps_label(const std::vector<Voxel>& nodes, const Matrix& B, Eigen::Index 
     other += part * B(j, follows);
     all += part * B.row(j).sum();
   }
-  return 3.0 * same > all || 5.0 * other < 2.0 * all;
+  const double few = 3.0 * same - all;
+  const double many = 2.0 * all - 5.0 * other;
+  const double least = 1e-6 * all;
+  if (few > least || many > least) return true;
+  if (few < -least && many < -least) return false;
+  return std::nullopt;
 }
 
 /// The kept class and those that are ahead of it share what they have, by the one level at which
@@ -253,7 +258,15 @@ OracleMap fuse(const std::vector<OracleContribution>& contributions, const Diffu
     const double length = static_cast<double>(config.length_m) / resolution_m;
     for (Eigen::Index i = 0; i < n; ++i) {
       const Eigen::Index leads = leading(Z, i);
-      if (leads == leading(B, i) || !keeps_label(nodes, B, i, leads, length)) continue;
+      if (leads == leading(B, i)) continue;
+      std::optional<bool> keeps = keeps_label(nodes, B, i, leads, length);
+      // Of classes that have the same, rounding decides which leads.
+      for (Eigen::Index l = 0; l < Z.cols() && keeps; ++l) {
+        const bool may_lead = Z(i, l) >= Z(i, leads) - 1e-6 * Z.row(i).sum();
+        if (may_lead && keeps_label(nodes, B, i, l, length) != keeps) keeps = std::nullopt;
+      }
+      if (!keeps) result.undecided.push_back(nodes[static_cast<std::size_t>(i)]);
+      if (!keeps || !*keeps) continue;
       put_first(Z, i, leading(B, i));
       ++result.kept_labels;
     }

@@ -40,6 +40,8 @@ struct OracleMap {
   std::map<Voxel, OracleNode> nodes;
   double residual = 0.0;        ///< |Z_n - Z_{n-1}| / |B|
   std::size_t kept_labels = 0;  ///< Nodes where Z had another label than B, and the rule kept it.
+  /// Nodes whose label is one or the other by less than what float sums can tell.
+  std::vector<Voxel> undecided;
 };
 
 /// The cap of the robots' maps.

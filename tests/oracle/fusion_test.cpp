@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The global map against the specification's formulas as dense matrices in double precision.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -24,9 +25,12 @@ std::vector<OracleContribution> random_team(Random& random, int robots, double d
 }
 
 /// Relative to a voxel's evidence: what float sums can do.
-void check_same(const OracleVoxels& found, const OracleVoxels& expected) {
-  REQUIRE(found.size() == expected.size());
-  for (const auto& [voxel, counts] : expected) {
+void check_same(const OracleVoxels& found, const OracleMap& map) {
+  REQUIRE(found.size() == map.voxels.size());
+  REQUIRE(50 * map.undecided.size() <= map.nodes.size());
+  for (const auto& [voxel, counts] : map.voxels) {
+    if (std::find(map.undecided.begin(), map.undecided.end(), voxel) != map.undecided.end())
+      continue;
     const auto at = found.find(voxel);
     REQUIRE(at != found.end());
     double total = 0.0;
@@ -60,7 +64,7 @@ TEST_CASE("fusion: the global map is that of the formulas, in every mode and fra
   for (const OracleContribution& contribution : team) fused.publish(contribution, 1);
   fused.settle();
   const OracleMap expected = fuse(team, config.diffusion, 0.1, kTeamClasses);
-  check_same(voxels_of(fused.global().map()), expected.voxels);
+  check_same(voxels_of(fused.global().map()), expected);
   const GlobalMapReport report = fused.global().report();
   CHECK(report.nodes == expected.nodes.size());
   CHECK(report.nodes > 100);
@@ -122,7 +126,7 @@ TEST_CASE("fusion: in each voxel submaps of newer epochs replace older ones, hel
     std::swap(team[i - 1], team[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
   for (const OracleContribution& contribution : team) fused.publish(contribution, 1);
   fused.settle();
-  check_same(voxels_of(fused.global().map()), expected.voxels);
+  check_same(voxels_of(fused.global().map()), expected);
   CHECK(fused.global().report().nodes == expected.nodes.size());
   CHECK(expected.nodes.size() > 100);
 }
@@ -136,8 +140,7 @@ TEST_CASE("fusion: omega weighs all evidence") {
   Team fused(config);
   for (const OracleContribution& contribution : team) fused.publish(contribution, 1);
   fused.settle();
-  check_same(voxels_of(fused.global().map()),
-             fuse(team, config.diffusion, 0.1, kTeamClasses).voxels);
+  check_same(voxels_of(fused.global().map()), fuse(team, config.diffusion, 0.1, kTeamClasses));
 }
 
 TEST_CASE("fusion: no voxel appears that nobody observed, and none is lost") {

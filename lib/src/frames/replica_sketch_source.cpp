@@ -161,8 +161,15 @@ void ReplicaSketchSource::forget_some(std::size_t& at, MapSketch& sketch) const 
       note = {};
       continue;
     }
-    if (note.has(Note::kTaken))
-      note.key = replicas_->record(static_cast<std::uint32_t>(at) + 1).key;
+    if (note.has(Note::kTaken)) {
+      const Replicas::Replica& part = replicas_->record(static_cast<std::uint32_t>(at) + 1);
+      note.key = part.key;
+      if (replicas_->find(slot_, BlockKey{part.key}) != &part) {  // another's by now
+        scratch_->is_whole = false;
+        note = {};
+        continue;
+      }
+    }
     note.marks = static_cast<std::uint8_t>(Note::kThere | Note::kChanged);
   }
 }

@@ -52,9 +52,9 @@ std::uint64_t DiffusionBrick::nodes_from(const Row& row, std::int32_t x) noexcep
 }
 
 /// Whether two thirds of the evidence around a node are of other classes than the one of a lane,
-/// and two fifths of one class, a witness's counted up to a limit: what stands thin before many
-/// classes is a minority everywhere, but no other class is the majority there. work: the voxels
-/// that were looked at are added.
+/// and two fifths of the one in lane `by`; a witness counts up to kHeard. The second keeps poles and
+/// signs before a mix of classes, of which none has so much. work: the voxels that were looked at
+/// are added.
 bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane, std::size_t by,
                                  std::uint64_t& work) const noexcept {
   const std::size_t own_row = row_at(v.y, v.z);

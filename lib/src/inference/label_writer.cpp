@@ -211,12 +211,12 @@ void LabelWriter::write_octets(LocalMap& map, const ScanTiles& tiles, const Tile
                                EvidenceWork& work, ScanReport& report) noexcept {
   if (votes_) field_.look(map, tile.coord, LabelField::layers_of(tile.wanted));
   if (tile.blocks[0] == 0) return;
-  LabelChange change(map, tile.blocks[0]);
+  OctetWriter octets(map, tile.blocks[0]);
   const std::array<std::uint64_t, 6> neighbours = with_neighbours(tiles, tile);
   OctetEvidence& sums = octet_[0];
   for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
     const int unit = std::countr_zero(rest);
-    change.prefetch(unit);
+    octets.prefetch(unit);
     UnitPoints around;
     if ((tile.occupied & unit_bit(unit)) != 0) around.own = &tiles.sample(tile, unit);
     // Most units learn from their own points alone.
@@ -234,7 +234,7 @@ void LabelWriter::write_octets(LocalMap& map, const ScanTiles& tiles, const Tile
     LabelShares shares;
     if (votes_) shares = field_.shares(unit);
     if (shares.count != 0) gather_classes(map.classes().num_classes(), shares.labels[0], sums);
-    const Status status = change.add(unit, sums, shares);
+    const Status status = octets.add(unit, sums, shares);
     TESSERA_ASSERT(status == Status::kOk);
     ++(status == Status::kOk ? report.label_octets : report.write_faults);
   }

@@ -111,7 +111,7 @@ Status LocalMap::query(std::span<const Point3f> points_map,
 // --- Writing -------------------------------------------------------------------------------------
 
 Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& added) noexcept {
-  return LabelChange(*this, handle).add(octet, added);
+  return OctetWriter(*this, handle).add(octet, added);
 }
 
 /// In rounds, so that the octets' memory, which mostly is in no cache, is waited for together.

@@ -9,23 +9,24 @@
 
 namespace tessera {
 
-Status LabelChange::add(int octet, const OctetEvidence& added, const LabelShares& shares) noexcept {
+Status OctetWriter::add(int octet, const OctetEvidence& added, const LabelShares& shares) noexcept {
   const bool shared = shares.count != 0;
   const unsigned voxels = shared ? labelled_voxels(added) : 0;
   if (shared ? voxels == 0 : (added.components() & ~std::uint64_t{1}) == 0) return Status::kOk;
-  if (!editor_) editor_.emplace(table_, handle_);
-  const Status status = editor_->ensure_octet(octet);
+  // One for each octet: who reads meanwhile waits for what is written, not for what is computed.
+  BlockEditor editor(table_, handle_);
+  const Status status = editor.ensure_octet(octet);
   if (status != Status::kOk) return status;
   // The layer has votes, which tiles to come look at.
-  editor_->keep_label_pages(shared);
-  shared ? editor_->add_labels(octet, added, voxels, shares) : editor_->add_labels(octet, added);
-  editor_->note_revision();
+  if (shared) editor.keep_label_pages();
+  shared ? editor.add_labels(octet, added, voxels, shares) : editor.add_labels(octet, added);
+  editor.note_revision();
   return Status::kOk;
 }
 
 Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& added,
                             const LabelShares& shares) noexcept {
-  return LabelChange(*this, handle).add(octet, added, shares);
+  return OctetWriter(*this, handle).add(octet, added, shares);
 }
 
 Status LocalMap::open_label_layers(SlabHandle handle, unsigned layers) noexcept {

@@ -148,8 +148,11 @@ FrameQuestion LinkMaker::question(const PairState& pair,
 }
 
 bool LinkMaker::is_refined(const PairState& pair) const noexcept {
-  return pair.stated && !pair.in_doubt && pair.compared < kSearchGrowth * pair.searched &&
-         pair.own_id == own_.id && pair.other_id == other_.id;
+  // A refinement looks where the link is: what a search refuses, no refinement confirms.
+  return pair.stated && !pair.in_doubt && pair.refusals == 0 &&
+         pair.search.refinements < kMostRefinements &&
+         pair.compared < kSearchGrowth * pair.search.compared && pair.search.own_id == own_.id &&
+         pair.search.other_id == other_.id;
 }
 
 void LinkMaker::begin(PairState& pair, const GlobalMap& global, const TeamPlacement& placement,
@@ -196,16 +199,13 @@ void LinkMaker::take(PairState& pair, Instant now) noexcept {
   pair.agreement = answer.agreement;
   pair.sigma_m = answer.worst_sigma_m;
   pair.sigma_rad = answer.worst_sigma_rad;
+  ++pair.search.refinements;
   if (!refines_) {
-    pair.searched = pair.compared;
+    pair.search = {.compared = pair.compared, .own_id = own_.id, .other_id = other_.id};
     pair.support_second = answer.support_second;
     pair.agreement_second = answer.agreement_second;
   }
-  if (is_found) {
-    accept(pair);
-  } else {
-    refuse(pair, answer.verdict);
-  }
+  is_found ? accept(pair) : refuse(pair, answer.verdict);
   pair.due = now + (pair.stated ? kRecheck : kRetry);
 }
 

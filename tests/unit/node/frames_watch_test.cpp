@@ -18,7 +18,8 @@ TEST_CASE("FramesWatch: a robot with a given frame among those that find theirs 
   LogQueue log("test");
   const FileDescriptor nothing(::open("/dev/null", O_WRONLY | O_CLOEXEC));
   LogWriter writer(nothing.get(), false);
-  FramesWatch watch;
+  FramesWatch watch(FrameMode::kGiven);
+  CHECK(to_json(FramesWatch(FrameMode::kFound).view())["mode"] == "found");
   const auto lines_of_look = [&] {
     const std::uint64_t before = writer.lines();
     watch.look(team.robot(0).sharer(), 0, team.now_us, log);

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Robots in one hall that nobody has surveyed: where each is follows from what they have in common.
+#include <algorithm>
+
 #include "frames_team.hpp"
 #include "tessera/base/rigid.hpp"
 
@@ -82,19 +84,48 @@ TEST_CASE("frames are found: a link is refined where it is as maps grow, and hol
   REQUIRE(team.frames(0).pairs().size() == 1);
   const PairState before = team.frames(0).pairs().front();
   REQUIRE(before.stated);
-  CHECK(before.searched > 0);
+  CHECK(before.search.compared > 0);
   map_hall(team.robot(1), 24.0, 30.5, map_frame(1));
   team.run(20 * kOneSecond_us);
   const PairState& pair = team.frames(0).pairs().front();
   CHECK(pair.attempts > before.attempts);
   CHECK(pair.compared > before.compared);
-  CHECK(pair.searched == before.searched);
+  CHECK(pair.search.compared == before.search.compared);
   CHECK(pair.verdict == FrameVerdict::kFound);
   CHECK(pair.stated);
   CHECK_FALSE(pair.in_doubt);
   CHECK(pair.agreement.agreed > before.agreement.agreed);
   CHECK(pair.support_second == before.support_second);
   CHECK(error_m(team.frames(0), 0, 1) < 0.1);
+}
+
+TEST_CASE("frames are found: where a search finds a link elsewhere, no refinement confirms it") {
+  FramesTeam team(6);
+  for (std::uint32_t i = 0; i < 2; ++i) team.add(FramesTeam::config_of(i, FrameMode::kFound));
+  map_hall(team.robot(0), 0.0, 30.5, map_frame(0));
+  map_hall(team.robot(1), 3.0, 12.0, map_frame(1));
+  team.run(20 * kOneSecond_us);
+  REQUIRE(team.frames(0).pairs().front().stated);
+  REQUIRE(error_m(team.frames(0), 0, 1) < 0.1);
+
+  INFO("its own map has slipped by a metre, and more and more of it is where that is");
+  Matrix34d slipped = map_frame(1);
+  slipped.col(3) += slipped.leftCols<3>() * Point3d(1.0, 0.0, 0.0);
+  bool was_in_doubt = false;
+  std::uint32_t most_refusals = 0;
+  double from_m = 6.0;
+  for (int i = 0; i < 8; ++i, from_m += 3.0) {
+    map_hall(team.robot(1), from_m, from_m + 3.5, slipped);
+    team.run(6 * kOneSecond_us, [&] {
+      const PairState& pair = team.frames(0).pairs().front();
+      was_in_doubt = was_in_doubt || pair.in_doubt;
+      most_refusals = std::max(most_refusals, pair.refusals);
+      CHECK((pair.refusals == 0 || pair.search.refinements == 0));
+    });
+  }
+  CHECK(was_in_doubt);
+  CHECK(most_refusals == LinkMaker::kMostRefusals - 1);
+  CHECK(team.frames(0).report().withdrawals > 0);
 }
 
 TEST_CASE("frames are found: a robot that starts anew is left out until its new map is placed") {

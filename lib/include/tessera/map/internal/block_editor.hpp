@@ -6,8 +6,6 @@
 // n w + s <= S holds after every call (to float rounding).
 #pragma once
 
-#include <optional>
-
 #include "tessera/map/block_content.hpp"
 #include "tessera/map/internal/block_table.hpp"
 
@@ -54,9 +52,9 @@ class BlockEditor {
                   const LabelShares& shares) noexcept;
   /// There must be storage for it.
   void ensure_label_page(std::size_t layer) noexcept;
-  /// Whether from now on label pages stay that have lost their last octet; to be taken back later
+  /// From now on label pages stay that have lost their last octet; to be taken back later
   /// (drop_label_page).
-  void keep_label_pages(bool keep) noexcept { keeps_label_pages_ = keep; }
+  void keep_label_pages() noexcept { keeps_label_pages_ = true; }
   /// Takes back a label page without octets.
   void drop_label_page(std::size_t layer) noexcept;
   /// Makes a voxel's counts these; there must be room. voxel: of the octet, 0 to 7.
@@ -139,11 +137,10 @@ void BlockEditor::add_labels(int octet, const Evidence& added) noexcept {
       octet, [&added] { return labelled_voxels(added); }, sums);
 }
 
-/// A scan's label evidence for octets of one block: one change of the block for all of them, which
-/// begins with the first.
-class LabelChange {
+/// A scan's label evidence for octets of one block.
+class OctetWriter {
  public:
-  LabelChange(BlockTable& table, SlabHandle handle) noexcept : table_(table), handle_(handle) {}
+  OctetWriter(BlockTable& table, SlabHandle handle) noexcept : table_(table), handle_(handle) {}
   /// LocalMap::add_labels() of an octet; with shares iff they are of a class.
   Status add(int octet, const OctetEvidence& added, const LabelShares& shares = {}) noexcept;
   /// Fetches what add() reads first of an octet, if that is there. O(1).
@@ -155,7 +152,6 @@ class LabelChange {
  private:
   BlockTable& table_;
   SlabHandle handle_;
-  std::optional<BlockEditor> editor_{};
 };
 
 }  // namespace tessera

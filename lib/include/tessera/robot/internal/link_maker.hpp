@@ -43,8 +43,14 @@ struct PairState {
   FrameAnswer answer{};
   Instant due = Instant::long_ago();
   std::uint64_t compared = 0;  ///< Segments of both at the last attempt.
-  std::uint64_t searched = 0;  ///< The same at the last one that was no refinement.
-  bool in_doubt = false;       ///< A refinement did not find the link: it is searched for at once.
+  /// The last attempt that was no refinement.
+  struct Search {
+    std::uint64_t compared = 0;  ///< Segments of both.
+    ContributionId own_id{};     ///< What was compared.
+    ContributionId other_id{};
+    std::uint32_t refinements = 0;  ///< Since then.
+  } search{};
+  bool in_doubt = false;  ///< A refinement did not find the link: it is searched for at once.
 };
 
 class LinkMaker {
@@ -65,7 +71,9 @@ class LinkMaker {
   /// It is withdrawn after so many refusals in a row, each with more of the maps.
   static constexpr std::uint32_t kMostRefusals = 3;
   /// A link that is stated is refined where it is, and searched for near there where a refinement
-  /// does not find it, or the maps have so many times what they had when it was searched for last.
+  /// does not find it, where a search has found it elsewhere, after so many refinements, or where
+  /// the maps have so many times what they had when it was searched for last.
+  static constexpr std::uint32_t kMostRefinements = 8;
   static constexpr std::uint64_t kSearchGrowth = 2;
 
   [[nodiscard]] static constexpr std::size_t required_bytes(const FramesConfig& config,
