@@ -226,7 +226,7 @@ class Continue(MapCase):
         message = self.map_refused(data, "--memory", "3M", *rays, "--continue", self.out, saying=("--memory 3M", "map.tsm"))
         enough = message.split()[-1]
         _, more = self.map_dataset(data, self.folder / "more.tsm", "--memory", enough, *rays, "--continue", self.out)
-        self.assertGreaterEqual(more["memory"]["label_voxels"], whole["memory"]["label_voxels"])
+        self.assertGreaterEqual(more["file"]["label_voxels"], whole["file"]["label_voxels"])
 
 
 class Report(MapCase):

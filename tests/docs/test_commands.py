@@ -34,6 +34,9 @@ NOT_RUN = {
     "./examples/run-demo.sh [OUT]": "builds; cli_mission runs what it shows",
     "./tests/run-tests.sh": "is what runs this",
     "./bench/run-bench.sh [--quick]": "minutes; bench has its own tests",
+    "build/release/bench/frames --dataset ../shared/data/semantickitti_08 --refinement --max-range 18": "recorded data; by hand",
+    "valgrind --tool=callgrind --instr-atstart=no build/release/bench/frames --dataset ../shared/data/semantickitti_08 --refinement --max-range 18":
+        "recorded data; by hand",
     "./tests/install-packages.sh demo": "needs root; gate_packages reads it",
     "cmake --preset release -DTESSERA_BUILD_TESTS=OFF -DTESSERA_BUILD_BENCH=OFF": "would change this build",
     "cmake --build --preset release --target tessera_cli": "has been done",

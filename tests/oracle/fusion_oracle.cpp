@@ -258,16 +258,19 @@ OracleMap fuse(const std::vector<OracleContribution>& contributions, const Diffu
     const double length = static_cast<double>(config.length_m) / resolution_m;
     for (Eigen::Index i = 0; i < n; ++i) {
       const Eigen::Index leads = leading(Z, i);
-      if (leads == leading(B, i)) continue;
-      std::optional<bool> keeps = keeps_label(nodes, B, i, leads, length);
+      const Eigen::Index own = leading(B, i);
+      std::optional<bool> keeps;
+      if (leads != own) keeps = keeps_label(nodes, B, i, leads, length);
       // Of classes that have the same, rounding decides which leads.
-      for (Eigen::Index l = 0; l < Z.cols() && keeps; ++l) {
-        const bool may_lead = Z(i, l) >= Z(i, leads) - 1e-6 * Z.row(i).sum();
-        if (may_lead && keeps_label(nodes, B, i, l, length) != keeps) keeps = std::nullopt;
+      bool is_open = leads != own && !keeps;
+      for (Eigen::Index l = 0; l < Z.cols(); ++l) {
+        is_open = is_open || (l != own && B(i, l) >= B(i, own) - 1e-5 * B.row(i).sum());
+        if (leads != own && Z(i, l) >= Z(i, leads) - 1e-6 * Z.row(i).sum())
+          is_open = is_open || keeps_label(nodes, B, i, l, length) != keeps;
       }
-      if (!keeps) result.undecided.push_back(nodes[static_cast<std::size_t>(i)]);
-      if (!keeps || !*keeps) continue;
-      put_first(Z, i, leading(B, i));
+      if (is_open) result.undecided.push_back(nodes[static_cast<std::size_t>(i)]);
+      if (leads == own || is_open || !*keeps) continue;
+      put_first(Z, i, own);
       ++result.kept_labels;
     }
   }

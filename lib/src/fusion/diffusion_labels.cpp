@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Which label a node has after the diffusion.
-#include <algorithm>
 #include <bit>
 
 #include "tessera/base/internal/bits.hpp"
@@ -52,9 +51,9 @@ std::uint64_t DiffusionBrick::nodes_from(const Row& row, std::int32_t x) noexcep
 }
 
 /// Whether two thirds of the evidence around a node are of other classes than the one of a lane,
-/// and two fifths of the one in lane `by`; a witness counts up to kHeard. The second keeps poles and
-/// signs before a mix of classes, of which none has so much. work: the voxels that were looked at
-/// are added.
+/// and two fifths of the one in lane `by`; a witness counts up to kHeard. The second keeps poles
+/// and signs before a mix of classes, of which none has so much. work: the voxels that were looked
+/// at are added.
 bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane, std::size_t by,
                                  std::uint64_t& work) const noexcept {
   const std::size_t own_row = row_at(v.y, v.z);
@@ -71,10 +70,10 @@ bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane, std::size_t by,
     std::size_t node = nodes_before(at, x);
     for (int count = count_ones(nodes); count != 0; --count, ++node) {
       const float sum = nodes_[node].sum;
-      const float heard = std::min(sum, kHeard);
-      same += sums_[node * stride_ + lane] / sum * heard;
-      other += sums_[node * stride_ + by] / sum * heard;
-      all += heard;
+      const float part = sum > kHeard ? kHeard / sum : 1.0F;
+      same += part * sums_[node * stride_ + lane];
+      other += part * sums_[node * stride_ + by];
+      all += part * sum;
     }
   }
   return 3.0F * same <= all && 5.0F * other >= 2.0F * all;
