@@ -96,8 +96,9 @@ void CarveImage::begin(double range_m, int neighbours) noexcept {
 namespace {
 
 /// The tangent up to which a face's padding shows what is beside the face.
-constexpr double kWidest = 1.09;
-static_assert(CarveImage::pixel(kWidest) > CarveImage::kEdge && CarveImage::pixel(-kWidest) < 0.0);
+constexpr double kMostTangent = 1.09;
+static_assert(CarveImage::pixel(kMostTangent) > CarveImage::kEdge &&
+              CarveImage::pixel(-kMostTangent) < 0.0);
 
 }  // namespace
 
@@ -114,7 +115,7 @@ void CarveImage::add(const Point3d& d, bool is_hit) noexcept {
   for (int axis = 0; axis < 3; ++axis) {
     const std::array<int, 2> across = axes_across(axis);
     const double depth_m = std::abs(d[axis]);
-    const double widest_m = kWidest * depth_m;
+    const double widest_m = kMostTangent * depth_m;
     if (!(std::abs(d[across[0]]) < widest_m && std::abs(d[across[1]]) < widest_m)) continue;
     const double column = pixel(d[across[0]] / depth_m);
     const double row = pixel(d[across[1]] / depth_m);
@@ -132,7 +133,7 @@ void CarveImage::add_hits(std::span<const ScanPoint> hits, const Point3d& origin
                    .origin = {origin_map.x(), origin_map.y(), origin_map.z()},
                    .per_m = per_m_,
                    .most_depth = kMostDepth,
-                   .widest = kWidest,
+                   .widest = kMostTangent,
                    .slope = static_cast<double>(kSlope),
                    .bend = static_cast<double>(kBend),
                    .middle = static_cast<double>(kMiddle),
