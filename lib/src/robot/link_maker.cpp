@@ -252,7 +252,6 @@ void LinkMaker::renew(PairState& pair, FrameLink link) noexcept {
   if (!rounded.ok()) return;  // so far away that nothing could be placed there
   pair.link = *rounded;
   pair.stated = true;
-  pair.refusals = 0;
   pair.waits = true;
 }
 
