@@ -137,14 +137,14 @@ class Memory(PageCase):
                 self.check(by_rays, self.is_[name + "rays"])
                 # The formula above it.
                 points = 2 * rounded_up(36 * p) + rounded_up(32 * p) + rounded_up(24 * p) + rounded_up(16 * p)
-                labels = points + 64 * (t // 4 + 2) + rounded_up(104 * t) + 2112 + 112192
+                labels = points + 64 * (t // 4 + 2) + rounded_up(104 * t) + 2112 + 95808
                 blocks = 64 * (r // 4 + 2) + rounded_up(152 * r) + 16384
                 rays = rounded_up(4 * (r + 1)) + 884736
                 self.assertEqual(self.is_[name + "without"], labels)
                 self.assertEqual(self.is_[name + "image"], labels + blocks + images)
                 self.assertEqual(self.is_[name + "rays"], labels + blocks + rays)
-                self.assertEqual(self.is_[name + "kernel"], labels - 112192 + 657408)
-        for number in ("2112", "112192", "657408", "884736", f"{images:.0f}"):
+                self.assertEqual(self.is_[name + "kernel"], labels - 95808 + 657408)
+        for number in ("2112", "95808", "657408", "884736", f"{images:.0f}"):
             self.assertIn(number, self.text)
         self.assertIn(f"{self.is_['scratch default']:.0f}, {self.is_['scratch default tiles']:.0f}, "
                       f"{self.is_['scratch default rays']:.0f} (the default)", self.text)

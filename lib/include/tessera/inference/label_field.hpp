@@ -79,7 +79,7 @@ class LabelField {
     BlockCoord at{kBlockLimit, 0, 0};  ///< No place of the grid.
     SlabHandle handle = 0;
   };
-  static constexpr int kKnownRow = 128;  ///< On x; four on y and z.
+  static constexpr int kKnownRow = 64;  ///< On x; four on y and z.
   /// Kept in the arena: what a program puts on its stack stays small.
   struct State {
     std::array<Weights, kMaxComponents> weights{};
