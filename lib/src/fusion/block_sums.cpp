@@ -39,7 +39,7 @@ Result<BlockSums> BlockSums::make(Arena& arena, const GlobalMapConfig& config, i
   made.scratch_ = scratch;
   made.taken_ = arena.take<VoxelCoord>(kBlockVoxels);
   made.next_ = arena.take<std::int16_t>(kBlockVoxels);
-  made.holder_ = arena.take<std::uint8_t>(kBlockVoxels);
+  made.taken_in_ = arena.take<std::uint8_t>(kBlockVoxels);
   made.first_ = arena.take<std::int16_t>(kBlockVoxels);
   made.free_weight_ = config.map.free_weight;
   made.holders_ = arena.take<std::uint8_t>(kBlockVoxels);
@@ -138,7 +138,7 @@ std::uint64_t BlockSums::add_blocks(const Source& source, Slot slot, Adder& adde
   if (!source.contribution.T_global_local.shift_only()) {
     source.contribution.T_global_local.to_local(source.block, taken_);
     for (std::size_t row = 0; row < taken_.size(); ++row)
-      holder_[row] = place_in(range.first, block_of(taken_[row]));
+      taken_in_[row] = place_in(range.first, block_of(taken_[row]));
   }
   std::uint64_t work = 0;
   for (std::int32_t z = range.first.z; z <= range.last.z; ++z)

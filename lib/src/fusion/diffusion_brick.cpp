@@ -80,21 +80,9 @@ void DiffusionBrick::begin(const BlockBox& box, std::uint64_t classes) noexcept 
 }
 
 VoxelMask DiffusionBrick::contained(BlockCoord block) const noexcept {
-  const VoxelCoord corner = voxel_at(block, 0, 0) - origin_;
-  const auto cells = [this](std::int32_t from, std::size_t axis) {
-    std::uint64_t bits = 0;
-    for (std::int32_t i = 0; i < kBlockEdge; ++i)
-      bits |= std::uint64_t{from + i >= 0 && from + i < edge_[axis] ? 1U : 0U} << i;
-    return bits;
-  };
-  const std::uint64_t x = cells(corner.x, 0);
-  const std::uint64_t y = cells(corner.y, 1);
-  const std::uint64_t z = cells(corner.z, 2);
-  std::uint64_t slice = 0;
-  for (unsigned i = 0; i < kBlockEdge; ++i) slice |= ((y >> i) & 1U) != 0 ? x << (8 * i) : 0U;
-  VoxelMask mask{};
-  for (unsigned i = 0; i < kBlockEdge; ++i) mask[i] = ((z >> i) & 1U) != 0 ? slice : 0U;
-  return mask;
+  const VoxelCoord last{origin_.x + edge_[0] - 1, origin_.y + edge_[1] - 1,
+                        origin_.z + edge_[2] - 1};
+  return voxels_within(block, origin_, last);
 }
 
 void DiffusionBrick::mark(BlockCoord block, const VoxelMask& nodes) noexcept {

@@ -42,10 +42,10 @@ class BlockSums::RowTargets {
         global_(global),
         box_(T_global_local.local_box(global)) {
     if (frame_.shift_only()) return;
-    find_near();
+    near_ = voxels_within(local_, box_.first, box_.last);
     std::fill(sums_.first_.begin(), sums_.first_.end(), kNone);
     const std::uint8_t place = BlockSums::place_in(block_of(box_.first), local);
-    for (std::size_t end = sums_.holder_.size(); end != 0; end -= 16) {
+    for (std::size_t end = sums_.taken_in_.size(); end != 0; end -= 16) {
       // From the last one on, so that the first one that takes a voxel is the first of its list.
       for (unsigned rows = rows_of(place, end - 16); rows != 0;) {
         const auto bit = static_cast<unsigned>(std::bit_width(rows)) - 1U;
@@ -74,7 +74,7 @@ class BlockSums::RowTargets {
     unsigned rows = 0;
     for (std::size_t i = 0; i < 16; i += 8) {
       std::uint64_t word = 0;
-      std::memcpy(&word, &sums_.holder_[first + i], sizeof(word));
+      std::memcpy(&word, &sums_.taken_in_[first + i], sizeof(word));
       rows |= bytes_that_are(place, word) << i;
     }
     return rows;
@@ -84,23 +84,6 @@ class BlockSums::RowTargets {
     sums_.next_[row] = first;
     first = static_cast<std::int16_t>(row);
   }
-  /// The voxels of the local block that are in the box of those that may go to the other one.
-  void find_near() noexcept {
-    const VoxelCoord corner = voxel_at(local_, 0, 0);
-    const auto cells = [](std::int32_t first, std::int32_t last, std::int32_t from) {
-      unsigned bits = 0;
-      for (int i = 0; i < kBlockEdge; ++i)
-        bits |= (from + i >= first && from + i <= last ? 1U : 0U) << static_cast<unsigned>(i);
-      return bits;
-    };
-    const std::uint64_t x = cells(box_.first.x, box_.last.x, corner.x);
-    const unsigned y = cells(box_.first.y, box_.last.y, corner.y);
-    const unsigned z = cells(box_.first.z, box_.last.z, corner.z);
-    std::uint64_t slice = 0;
-    for (unsigned i = 0; i < kBlockEdge; ++i) slice |= ((y >> i) & 1U) != 0 ? x << (8 * i) : 0U;
-    for (unsigned i = 0; i < kBlockEdge; ++i) near_[i] = ((z >> i) & 1U) != 0 ? slice : 0U;
-  }
-
   void find(int row, Centroid centroid) noexcept {
     const VoxelCoord local = voxel_of_row(local_, row);
     if (frame_.shift_only()) return frame_.for_targets(local, [this](VoxelCoord to) { take(to); });

@@ -153,6 +153,25 @@ using VoxelMask = std::array<std::uint64_t, kBlockEdge>;
 constexpr bool has_row(const VoxelMask& mask, int row_order) noexcept {
   return ((mask[static_cast<std::size_t>(row_order >> 6)] >> (row_order & 63)) & 1U) != 0;
 }
+/// The voxels of a block that are in a box, first to last on each axis. O(kBlockEdge).
+constexpr VoxelMask voxels_within(const BlockCoord& block, const VoxelCoord& first,
+                                  const VoxelCoord& last) noexcept {
+  const VoxelCoord corner = voxel_at(block, 0, 0);
+  const auto along = [](std::int32_t from, std::int32_t low, std::int32_t high) {
+    std::uint64_t bits = 0;
+    for (std::int32_t i = 0; i < kBlockEdge; ++i)
+      bits |= std::uint64_t{from + i >= low && from + i <= high ? 1U : 0U} << i;
+    return bits;
+  };
+  const std::uint64_t x = along(corner.x, first.x, last.x);
+  const std::uint64_t y = along(corner.y, first.y, last.y);
+  const std::uint64_t z = along(corner.z, first.z, last.z);
+  std::uint64_t slice = 0;
+  for (unsigned i = 0; i < kBlockEdge; ++i) slice |= ((y >> i) & 1U) != 0 ? x << (8 * i) : 0U;
+  VoxelMask mask{};
+  for (unsigned i = 0; i < kBlockEdge; ++i) mask[i] = ((z >> i) & 1U) != 0 ? slice : 0U;
+  return mask;
+}
 /// Adds the voxel at this row order.
 constexpr void add_row(VoxelMask& mask, int row_order) noexcept {
   mask[static_cast<std::size_t>(row_order >> 6)] |= std::uint64_t{1} << (row_order & 63);

@@ -139,10 +139,10 @@ class BlockSums {
   VoxelMask objected_{};
   VoxelMask disputed_{};
   // Of the current contribution, and of its local block: by rows of the block that is added up.
-  std::span<VoxelCoord> taken_;     ///< The local voxel that each voxel takes.
-  std::span<std::uint8_t> holder_;  ///< Where that one's block is among those that may go here.
-  std::span<std::int16_t> next_;    ///< The next voxel that takes the same one; -1: none.
-  std::span<std::int16_t> first_;   ///< By rows of the local block: the first that takes it.
+  std::span<VoxelCoord> taken_;       ///< The local voxel that each voxel takes.
+  std::span<std::uint8_t> taken_in_;  ///< Where that one's block is among those that may go here.
+  std::span<std::int16_t> next_;      ///< The next voxel that takes the same one; -1: none.
+  std::span<std::int16_t> first_;     ///< By rows of the local block: the first that takes it.
   Turned* turned_ = nullptr;
   std::span<std::byte> scratch_;
 };
