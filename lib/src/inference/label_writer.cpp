@@ -57,6 +57,18 @@ std::span<const TilePoint> points_of(const ScanTiles& tiles, const UnitSample* s
   return tiles.points().subspan(sample->begin, sample->end - sample->begin);
 }
 
+/// Which points a unit learns from, and at which length. False: from none. neighbours:
+/// with_neighbours() of the tile.
+bool decide_unit(const ScanTiles& tiles, const Tile& tile, const InferenceConfig& config,
+                 const std::array<std::uint64_t, 6>& neighbours, int unit, UnitPoints& around,
+                 EntropyDecision& decision) noexcept {
+  // Most units learn from their own points alone.
+  if (around.own == nullptr || around.own->class_entropy > config.entropy.smooth_above)
+    look_around(tiles, tile, neighbours, unit, around);
+  decision = decide(config.entropy, around.own, around.faces);
+  return decision.length_voxels > 0.0F;
+}
+
 /// Calls add(points, shift) for the points that were decided on.
 template <class Add>
 void for_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyDecision& decision,
@@ -175,13 +187,8 @@ void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile&
     UnitPoints around;
     if ((tile.occupied & unit_bit(unit)) != 0) around.own = &tiles.sample(tile, unit);
     EntropyDecision decision;
-    if (!counting) {
-      // Most units learn from their own points alone.
-      if (around.own == nullptr || around.own->class_entropy > config_.entropy.smooth_above)
-        look_around(tiles, tile, neighbours, unit, around);
-      decision = decide(config_.entropy, around.own, around.faces);
-      if (!(decision.length_voxels > 0.0F)) continue;
-    }
+    if (!counting && !decide_unit(tiles, tile, config_, neighbours, unit, around, decision))
+      continue;
     const UnitOctets octets = octets_of_unit(unit, tiles.unit_edge());
     for (const OctetPlace& octet : octets.places()) {
       OctetEvidence& sums = octet_[0];
@@ -219,11 +226,8 @@ void LabelWriter::write_octets(LocalMap& map, const ScanTiles& tiles, const Tile
     octets.prefetch(unit);
     UnitPoints around;
     if ((tile.occupied & unit_bit(unit)) != 0) around.own = &tiles.sample(tile, unit);
-    // Most units learn from their own points alone.
-    if (around.own == nullptr || around.own->class_entropy > config_.entropy.smooth_above)
-      look_around(tiles, tile, neighbours, unit, around);
-    const EntropyDecision decision = decide(config_.entropy, around.own, around.faces);
-    if (!(decision.length_voxels > 0.0F)) continue;
+    EntropyDecision decision;
+    if (!decide_unit(tiles, tile, config_, neighbours, unit, around, decision)) continue;
     const OctetPlace octet = octet_of_unit(unit);
     sums.clear();
     sum_points(tiles, around, decision, kernel_shape(config_, decision.length_voxels), wide_, octet,

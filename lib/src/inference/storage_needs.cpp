@@ -60,12 +60,12 @@ void count_tile(const LocalMap& map, int edge, Tile& tile, std::uint64_t units,
     // the number.
     const std::uint64_t before = counted & units_of_block(edge, i);
     if (before == 0 && block == nullptr) ++wanted[kBlockSlab];
-    const unsigned new_layers = layers_of_units(tile, edge, i, here) &
-                                ~layers_of_units(tile, edge, i, before) &
-                                ~layers_with_labels(block);
+    const unsigned layers = layers_of_units(tile, edge, i, here);
+    unsigned new_layers = layers & ~layers_with_labels(block);
+    if (new_layers != 0) new_layers &= ~layers_of_units(tile, edge, i, before);
     wanted[kLabelSlab] += static_cast<std::uint32_t>(count_ones(new_layers));
     wanted[kOctetSlab] +=
-        new_octets(tile, edge, here, block == nullptr ? 0 : map.octets_of(*block));
+        new_octets(tile, edge, here, block == nullptr ? 0 : map.octets_of(*block, layers));
   }
 }
 

@@ -113,7 +113,7 @@ bool want_units(ScanTiles& tiles, const InferenceConfig& config, KernelReach rea
 
 std::uint64_t receiving_units(const ScanTiles& tiles, const InferenceConfig& config,
                               const Tile& tile, std::uint64_t reached) noexcept {
-  if (!by_entropies(config.mode)) return reached;
+  if (!by_entropies(config.mode) || (reached & ~tile.occupied) == 0) return reached;
   return reached & units_with_evidence(tiles, config, tile);
 }
 

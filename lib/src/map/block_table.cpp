@@ -61,10 +61,10 @@ Status BlockTable::set_up(Arena& arena, const MapConfig& config,
   return Status::kOk;
 }
 
-std::uint64_t BlockTable::octets_of(const Block& block) const noexcept {
+std::uint64_t BlockTable::octets_of(const Block& block, unsigned layers) const noexcept {
   std::uint64_t octets = 0;
   for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
-    if (block.labels[layer] == 0) continue;
+    if (block.labels[layer] == 0 || ((layers >> layer) & 1U) == 0) continue;
     const auto& page = *reinterpret_cast<const LabelPage*>(pool_.at(block.labels[layer]));
     std::uint64_t without = 0;
     for (std::size_t i = 0; i < kLayerOctets; i += 4) {

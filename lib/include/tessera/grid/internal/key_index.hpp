@@ -49,7 +49,8 @@ class KeyIndex {
     return std::nullopt;
   }
 
-  /// Fetches the memory that find() reads. O(1). Compilers drop calls of what does nothing else.
+  /// Fetches the memory that find() reads. O(1). Inlined, as a call of what
+  /// only prefetches is left out as one without effect.
   [[gnu::always_inline]] void prefetch(BlockKey key) const noexcept {
     if (buckets_.empty()) return;
     const std::uint64_t hash = hash_of(key);

@@ -91,8 +91,9 @@ class BlockTable {
   [[nodiscard]] const LabelVotes& votes(const Block& block, std::size_t layer) const noexcept {
     return *reinterpret_cast<const LabelVotes*>(pool_.at(block.labels[layer]) + sizeof(LabelPage));
   }
-  /// The octets for which a block has tuples, a bit each.
-  [[nodiscard]] std::uint64_t octets_of(const Block& block) const noexcept;
+  /// The octets for which a block has tuples, a bit each; of these layers, a bit each.
+  [[nodiscard]] std::uint64_t octets_of(const Block& block,
+                                        unsigned layers = (1U << kBlockLayers) - 1U) const noexcept;
   /// Passes of rays through a voxel of a block.
   [[nodiscard]] std::uint8_t free_passes(const Block& block, int octet, int voxel) const noexcept {
     return free_passes(block, row_order(octet, voxel));

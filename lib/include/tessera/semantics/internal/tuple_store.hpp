@@ -105,8 +105,8 @@ class TupleStore {
     __builtin_prefetch(octet);
     __builtin_prefetch(octet + first_bytes() / 2);
   }
-  /// Prefetches the memory that adding reads first, and once that is there the rest. Compilers drop
-  /// calls of what does nothing else.
+  /// Prefetches the memory that adding reads first, and once that is there the rest. Inlined, as
+  /// a call of what only prefetches is left out as one without effect.
   [[gnu::always_inline]] void prefetch_to_add(const std::byte* octet) const noexcept {
     __builtin_prefetch(octet, 1);
     __builtin_prefetch(octet + first_bytes() / 2, 1);
