@@ -6,7 +6,7 @@ whether it accepts one between maps of different places.
 
 Prints tables and leaves alignment.json in OUT. Alignments are kept in OUT: a run that was stopped goes on where it was. Trial k of a recorded
 scene has the transform that seed k draws; a street is that of simulate --seed. Rows that are not named keep what OUT/alignment.json has of
-them. With --write-docs fills docs/measured/alignment.md. All of it takes an hour and a half on one core, half of it to simulate streets."""
+them. With --write-docs fills docs/measured/alignment.md. All of it takes two hours and a half on one core, most of it to simulate streets."""
 import argparse
 import json
 import pathlib
@@ -26,7 +26,7 @@ from datasets import inverse  # noqa: E402
 from run import circumstances  # noqa: E402
 from transforms import draw, error, rows_of  # noqa: E402
 
-ROWS = (*scenes.RECORDED, "streets", "negatives", "fused", "others")
+ROWS = (*scenes.RECORDED, *scenes.STREETS, "negatives", "fused", "others")
 LABELLED = "semantickitti_08"
 STREET_BOUNDS = (0.1, 0.2)
 
@@ -75,10 +75,10 @@ def recorded(workshop, scene, seeds, python):
     return row
 
 
-def streets(workshop, seeds):
-    row = {"title": "streets from both ends", "truth": "exact", "bounds": STREET_BOUNDS, "overlap": [], "trials": []}
+def streets(workshop, apart_m, seeds):
+    row = {"title": scenes.title_of_streets(apart_m), "truth": "exact", "bounds": STREET_BOUNDS, "overlap": [], "trials": []}
     for seed in seeds:
-        scene = scenes.Street(workshop, seed)
+        scene = scenes.Street(workshop, seed, apart_m)
         trial = judging.judged(workshop.align(scene.name, scene.map(0), scene.map(1)), scene.exact())
         row["overlap"].append(overlap(workshop, scene))
         report_trial(seed, trial)
@@ -116,8 +116,8 @@ def main():
             print(f"{name}: not in {options.data}")
             continue
         print(f"{name} ...", flush=True)
-        if name == "streets":
-            found["rows"][name] = streets(workshop, street_seeds)
+        if name in scenes.STREETS:
+            found["rows"][name] = streets(workshop, scenes.STREETS[name], street_seeds)
         elif name == "fused":
             if LABELLED in there:
                 found[name] = fused.measure(workshop, scenes.Recorded(workshop, options.data.resolve(), LABELLED), range(1, options.fused + 1))

@@ -89,7 +89,7 @@ def measure(workshop, recorded, streets, python, trials, street_bounds):
             report = workshop.align(f"{scene.name}_{seed}", scene.map(0), scene.moved_path(seed), lambda: scene.map_moved(seed))
             row["trials"].append(pair(others, scene, f"{scene.name}_{seed}", report, inverse(draw(seed)), draw(seed), scene.bounds))
         rows.append(row)
-    row = {"title": "streets from both ends", "trials": []}
+    row = {"title": streets[0].title, "trials": []}
     for scene in streets[:trials]:
         report = workshop.align(scene.name, scene.map(0), scene.map(1))
         row["trials"].append(pair(others, scene, scene.name, report, scene.exact(), IDENTITY, street_bounds))

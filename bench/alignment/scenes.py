@@ -12,6 +12,8 @@ from transforms import draw, moved, read_calibration, read_poses, write_poses
 RESOLUTION_M = 0.2
 RANGE_M = 40  # of scans of turning scanners
 SCANS = 20  # of each robot in a street
+STREETS = {"streets": 60, "streets_near": 30}  # how far apart its robots begin, m
+FAR_M = STREETS["streets"]
 MAPPED = ["--resolution", RESOLUTION_M, "--memory", "600M"]
 # Folders are below that of the data; halves are (first, last) scan; bounds are m and degrees.
 RECORDED = {
@@ -97,12 +99,18 @@ class Recorded:
         return path
 
 
+def title_of_streets(apart_m):
+    return f"streets from {apart_m} m apart"
+
+
 class Street:
     """Two robots of 64 and 16 beams that come towards each other; they do not know their frames. Maps take long to make, and other
     programs take them as they are: after a change of the simulator, OUT has to be another folder."""
-    def __init__(self, workshop, seed):
-        self.workshop, self.seed, self.name = workshop, seed, f"street_{seed}"
-        self.out = workshop.out / "streets"
+    def __init__(self, workshop, seed, apart_m=FAR_M):
+        self.workshop, self.seed, self.apart_m = workshop, seed, apart_m
+        self.name = f"street_{seed}" if apart_m == FAR_M else f"street_{seed}_{apart_m}"
+        self.title = title_of_streets(apart_m)
+        self.out = workshop.out / ("streets" if apart_m == FAR_M else f"streets_{apart_m}")
         self.out.mkdir(exist_ok=True)
         self.T_file = self.out / f"T_{seed}.txt"
         if not self.T_file.exists():
@@ -124,7 +132,7 @@ class Street:
 
     def simulate(self):
         folder = self.out / f"scans_{self.seed}"
-        self.workshop.call("simulate", "--robots", 2, "--scans", SCANS, "--seed", self.seed, "--out", folder)
+        self.workshop.call("simulate", "--robots", 2, "--scans", SCANS, "--seed", self.seed, "--apart", self.apart_m, "--out", folder)
         return folder
 
     def make(self):

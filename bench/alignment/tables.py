@@ -6,13 +6,13 @@ import sys
 from judging import along_axes, is_within, reasons, spread, upper_limit
 from markdown import table
 from negatives import KINDS
-from scenes import RECORDED
+from scenes import RECORDED, STREETS
 from write_docs import fill
 
 
 def rows_in_order(found):
     """Recorded scenes as they stand in RECORDED, then streets."""
-    return [found["rows"][name] for name in (*RECORDED, "streets") if name in found["rows"]]
+    return [found["rows"][name] for name in (*RECORDED, *STREETS) if name in found["rows"]]
 
 
 def share(part, whole):
