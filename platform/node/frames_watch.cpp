@@ -53,8 +53,8 @@ void FramesWatch::look_given(const Replicas& replicas, std::uint32_t own_robot, 
   now_.take_given(replicas, own_robot);
   if (now_.left_out_by != 0 && !has_told_)
     log.say_change(LogLevel::kWarning, now_us,
-                   "frames are given here, but found by other robots (%), which leave this robot's "
-                   "map out; set frames alike on all robots",
+                   "frames are given here, but found by other robots (%): these leave this robot's "
+                   "map out, and theirs are left out here; set frames alike on all robots",
                    now_.left_out_by);
   has_told_ = has_told_ || now_.left_out_by != 0;
   if (now_.left_out_by != last_.left_out_by) view_.set(now_);

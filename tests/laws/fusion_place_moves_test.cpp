@@ -242,8 +242,10 @@ TEST_CASE("places: where nothing moves nothing is done, and the frames' stamps s
 }
 
 TEST_CASE("places: are refused where they are of no use, or too many") {
+  Matrix34d elsewhere = Matrix34d::Identity();
+  elsewhere(0, 3) = 0.1;
   Team given(places_config(false));
-  CHECK(given.global().place(1, Matrix34d::Identity()).status() == Status::kInvalidArgument);
+  CHECK(given.global().place(1, elsewhere).status() == Status::kInvalidArgument);
   Team team(places_config(true));
   GlobalMap& global = team.global();
   Matrix34d skewed = Matrix34d::Identity();

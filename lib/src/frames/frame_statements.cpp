@@ -148,14 +148,20 @@ bool is_frame_statement(const ContributionId& id, BlockKey place,
   return link.ok() && link->from == id.robot && link->from_epoch == id.epoch && link->to == *to;
 }
 
+Result<StatedPrior> read_prior(const Replicas& replicas, Replicas::Slot slot) noexcept {
+  const Replicas::Replica* const record = replicas.find(slot, kPlaceOfPrior);
+  if (record == nullptr) return Status::kCorrupt;
+  return decode_record<StatedPrior::kBytes>(replicas, *record, decode_prior);
+}
+
 CollectedStatements collect(const Replicas& replicas, std::span<FrameLink> links,
                             std::span<StatedPrior> priors) noexcept {
   CollectedStatements found;
   Shares shares = share(replicas, links.size());
   for (const Replicas::Slot slot : replicas.in_order()) {
     if (!states_frames(replicas.contribution(slot))) continue;
-    if (const auto* const record = replicas.find(slot, kPlaceOfPrior); record != nullptr) {
-      const auto prior = decode_record<StatedPrior::kBytes>(replicas, *record, decode_prior);
+    if (replicas.find(slot, kPlaceOfPrior) != nullptr) {
+      const Result<StatedPrior> prior = read_prior(replicas, slot);
       if (prior.ok() && found.priors < priors.size()) {
         priors[found.priors++] = *prior;
       } else {

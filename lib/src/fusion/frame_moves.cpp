@@ -20,8 +20,7 @@ void FrameMoves::open(Replicas& replicas, Slot slot, const GridTransform& T_worl
   if (!places_.used()) return;
   const ContributionId& id = replicas.contribution(slot).id;
   const RobotPlaces::Place* const place = places_.find(id.robot);
-  const RobotPlaces::Placed now =
-      places_.placed(place != nullptr ? place->now : RobotPlaces::World{}, id, T_world_local);
+  const RobotPlaces::Placed now = places_.placed(places_.now(place), id, T_world_local);
   replicas.set_place(slot, now.T_global_local, now.hidden, now.place);
   if (phase_ != Phase::kMarking || place == nullptr || !place->moves()) return;
   // It has no block yet, and those that come are marked as they do.
@@ -122,8 +121,7 @@ bool FrameMoves::begin(Replicas& replicas, Slot slot, const RobotPlaces::Place* 
   move.to_world = waits ? move.next : one.T_world_local;
   move.to_session = waits ? move.next_session : one.session;
   move.revision = waits ? move.next_revision : one.frame_revision;
-  move.to =
-      places_.placed(place != nullptr ? place->to : RobotPlaces::World{}, one.id, move.to_world);
+  move.to = places_.placed(places_.to(place), one.id, move.to_world);
   move.waits = false;
   if (!move.leaves && one.hidden && move.to.hidden) {
     put_in_force(replicas, slot);

@@ -63,10 +63,9 @@ Status GlobalMap::set_up_replicas(Arena& arena, int components) noexcept {
 
 Status GlobalMap::set_up_moves(Arena& arena) noexcept {
   RobotPlaces places;
-  Status status = Status::kOk;
-  if (config_.place_robots)
-    status =
-        put_in_place(places, [&] { return RobotPlaces::make(arena, config_.map.resolution_m); });
+  const Status status = put_in_place(places, [&] {
+    return RobotPlaces::make(arena, config_.map.resolution_m, !config_.place_robots);
+  });
   if (status != Status::kOk) return status;
   return put_in_place(
       moves_, [&] { return FrameMoves::make(arena, config_.replicas.contributions, places); });

@@ -143,7 +143,10 @@ PublisherReport Sharer::tick(LocalMaps& maps, std::int64_t now_us) noexcept {
   }
   object(maps);
   fuse();
-  if (shared_ != nullptr) shared_->tick(p_world_, now_);
+  if (shared_ != nullptr)
+    shared_->tick(p_world_, now_);
+  else
+    leave_out_other_worlds();
   return report;
 }
 

@@ -24,11 +24,10 @@ struct Team {
       .segments = 64, .blocks = 64, .contributions = 4, .robot_segments = 64};
   explicit Team(bool place_robots = false)
       : memory(Replicas::required_bytes(kConfig) + FrameMoves::required_bytes(4) +
-               RobotPlaces::required_bytes(place_robots) + GlobalRecords::required_bytes(256)) {
+               RobotPlaces::required_bytes() + GlobalRecords::required_bytes(256)) {
     Arena arena = memory.arena();
     replicas = *Replicas::make(arena, kConfig);
-    moves =
-        *FrameMoves::make(arena, 4, place_robots ? *RobotPlaces::make(arena, 0.1) : RobotPlaces());
+    moves = *FrameMoves::make(arena, 4, *RobotPlaces::make(arena, 0.1, !place_robots));
     records = *GlobalRecords::make(arena, 256, 0);
     slot = *replicas.open({1, 1, 0});
     moves.open(replicas, slot, shift_by(0.0));
@@ -138,6 +137,46 @@ TEST_CASE("FrameMoves: a robot without a place marks nothing until it has one") 
   while (team.moves.phase() == Phase::kMarking) team.moves.mark(team.replicas, team.records, 1000);
   CHECK(team.replicas.contribution(team.slot).hidden);
   CHECK(team.moves.has_hidden());
+}
+
+TEST_CASE("FrameMoves: where robots lie as they state, one is left out and taken back") {
+  Team team;
+  const Matrix34d identity = Matrix34d::Identity();
+  const auto hidden = [&] { return team.replicas.contribution(team.slot).hidden; };
+  const auto settle = [&] {
+    team.moves.begin(team.replicas);
+    while (team.moves.phase() == Phase::kMarking) team.moves.mark(team.replicas, team.records, 99);
+    if (team.moves.phase() == Phase::kSettled) return;
+    team.moves.begin_merging();
+    team.moves.finish(team.replicas, 1);
+  };
+  CHECK_FALSE(hidden());
+  CHECK(*team.moves.place(1, identity) == Replicas::Change::kStale);
+  Matrix34d elsewhere = identity;
+  elsewhere(0, 3) = 1.0;
+  CHECK(team.moves.place(1, elsewhere).status() == Status::kInvalidArgument);
+
+  CHECK(*team.moves.place(1, std::nullopt) == Replicas::Change::kTaken);
+  CHECK(team.moves.places().is_left_out(1));
+  CHECK(team.moves.places().next_left_out(0) == 1U);
+  CHECK_FALSE(team.moves.places().next_left_out(2));
+  settle();
+  CHECK(hidden());
+  INFO("what comes later is left out from its beginning, and others are not");
+  const Replicas::Slot later = *team.replicas.open({1, 1, 1});
+  team.moves.open(team.replicas, later, shift_by(0.8));
+  CHECK(team.replicas.contribution(later).hidden);
+  const Replicas::Slot other = *team.replicas.open({2, 1, 0});
+  team.moves.open(team.replicas, other, shift_by(0.8));
+  CHECK_FALSE(team.replicas.contribution(other).hidden);
+
+  CHECK(*team.moves.place(1, identity) == Replicas::Change::kTaken);
+  settle();
+  CHECK_FALSE(hidden());
+  CHECK_FALSE(team.replicas.contribution(later).hidden);
+  CHECK(team.replicas.contribution(later).T_global_local == shift_by(0.8));
+  CHECK_FALSE(team.moves.places().next_left_out(0));
+  CHECK_FALSE(team.moves.busy());
 }
 
 TEST_CASE("FrameMoves: what leaves keeps its slot until its replicas are dropped") {

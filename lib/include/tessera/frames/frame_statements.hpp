@@ -63,6 +63,11 @@ inline constexpr BlockKey kPlaceOfPrior = pack_in_grid({0, 0, 1});
 [[nodiscard]] bool is_frame_statement(const ContributionId& id, BlockKey place,
                                       std::span<const std::byte> bytes) noexcept;
 
+/// The prior that a contribution of statements has. Fails with kCorrupt iff it has none, or bytes
+/// that are none. A look-up and a decoding.
+[[nodiscard]] Result<StatedPrior> read_prior(const Replicas& replicas,
+                                             Replicas::Slot slot) noexcept;
+
 /// What collect() found.
 struct CollectedStatements {
   std::uint32_t links = 0;   ///< The first ones of the span.

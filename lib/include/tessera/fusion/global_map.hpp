@@ -75,13 +75,23 @@ class GlobalMap {
   /// never placed: its contributions and objections count nowhere, take versions and frames as
   /// before, and are there again once it is placed. This is a move as set_frame() is, which no
   /// revision orders: the last call counts. Places are kept of robots that have no contributions
-  /// too. kStale: as it was asked for before. Fails with kInvalidArgument iff the setting is not
-  /// set, or the transform is not rigid (check_rigid); kResourceExhausted iff
-  /// Replicas::kMostRobots others have a place, or will have one. O(kMostRobots), then O(all
-  /// contributions) in one step, then as a move of the robot's.
+  /// too. Where the setting is not set, robots lie as they state: nothing leaves one out, and the
+  /// identity takes it back. kStale: as it was asked for before. Fails with kInvalidArgument iff
+  /// the transform is not rigid (check_rigid), or is another than the identity where the setting is
+  /// not set; kResourceExhausted iff Replicas::kMostRobots others have a place, or will have one,
+  /// or are left out. O(kMostRobots), then O(all contributions) in one step, then as a move of the
+  /// robot's.
   [[nodiscard]] Result<Replicas::Change> place(
       std::uint32_t robot, const std::optional<Matrix34d>& T_team_world) noexcept {
     return moves_.place(robot, T_team_world);
+  }
+  /// Where the setting is not set: whether a robot is left out. O(kMostRobots).
+  [[nodiscard]] bool is_left_out(std::uint32_t robot) const noexcept {
+    return moves_.places().is_left_out(robot);
+  }
+  /// The first of these from this number on; nothing: there is none. O(kMostRobots).
+  [[nodiscard]] std::optional<std::uint32_t> next_left_out(std::uint32_t robot) const noexcept {
+    return moves_.places().next_left_out(robot);
   }
   /// Whether a contribution or a robot moves, or is to. O(1).
   [[nodiscard]] bool moving() const noexcept { return moves_.busy(); }
@@ -206,8 +216,7 @@ constexpr std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config,
 
 constexpr std::size_t GlobalMap::scratch_bytes(const GlobalMapConfig& config,
                                                int num_components) noexcept {
-  return FrameMoves::required_bytes(config.replicas.contributions) +
-         RobotPlaces::required_bytes(config.place_robots) +
+  return FrameMoves::required_bytes(config.replicas.contributions) + RobotPlaces::required_bytes() +
          OutputJob::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
          FusedBlock::required_bytes(num_components) +
          BlockSums::required_bytes(config, num_components) +

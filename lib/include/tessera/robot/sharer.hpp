@@ -236,6 +236,10 @@ class Sharer {
   PublisherReport publish(const LocalMap& map, std::int64_t now_us) noexcept;
   void follow(const LocalMaps& maps) noexcept;
   void object(LocalMaps& maps) noexcept;
+  /// Where frames are given: whose frames are not, publishes in a world of its own.
+  void leave_out_other_worlds() noexcept;
+  /// Whether one knows where the world of a robot lies.
+  [[nodiscard]] bool is_placed(std::uint32_t robot) const noexcept;
   [[nodiscard]] bool is_published(const LocalMap& map) noexcept;
   void set_reach() noexcept;
   void open_next(LocalMaps& maps) noexcept;
@@ -280,6 +284,7 @@ class Sharer {
   bool has_place_ = false;
   Point3d p_world_ = Point3d::Zero();  ///< The same, in the world that is published in.
   SharedFrames* shared_ = nullptr;     ///< Null: frames are given.
+  std::uint64_t statements_seen_ = 0;  ///< Replicas::frame_changes().
   Instant now_;                        ///< Of the last tick.
 };
 

@@ -44,6 +44,7 @@ class FrameMoves {
       std::uint32_t robot, const std::optional<Matrix34d>& T_team_world) noexcept {
     return places_.set(robot, T_team_world);
   }
+  [[nodiscard]] const RobotPlaces& places() const noexcept { return places_; }
   /// Has a contribution move, if revision is later than that of the frame it has or waits for.
   /// session: as it is with this frame, if it is one. O(1).
   Replicas::Change set_frame(const Replicas& replicas, Slot slot,
