@@ -54,5 +54,6 @@ target_sources(tessera
     src/frames/turn_to_priors.cpp
     src/frames/yaw_search.cpp
     src/robot/link_maker.cpp
+    src/robot/link_turns.cpp
     src/robot/shared_frames.cpp
     src/robot/team_placement.cpp)

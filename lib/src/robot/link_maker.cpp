@@ -7,19 +7,8 @@
 #include "tessera/base/internal/put_in_place.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/frames/answer_link.hpp"
-#include "tessera/frames/search_reach.hpp"
 
 namespace tessera {
-
-namespace {
-
-/// More is known than before: a tenth, and at least a little.
-bool has_grown(std::uint64_t segments, std::uint64_t before) noexcept {
-  constexpr std::uint64_t kLittle = 16;
-  return segments >= before + before / 10 + kLittle;
-}
-
-}  // namespace
 
 Status LinkMaker::set_up(Arena& arena, const FramesConfig& config, const GlobalMapConfig& global,
                          const ClassTable& classes) noexcept {
@@ -33,18 +22,6 @@ Status LinkMaker::set_up(Arena& arena, const FramesConfig& config, const GlobalM
   if (status != Status::kOk) return status;
   pairs_ = arena.take<PairState>(config.most_robots);
   return pairs_.size() == config.most_robots ? Status::kOk : Status::kResourceExhausted;
-}
-
-/// Of its submaps the one with the most blocks.
-std::optional<LinkMaker::Chosen> LinkMaker::choose(const Replicas& replicas, std::uint32_t robot,
-                                                   std::uint32_t epoch) noexcept {
-  std::optional<Chosen> best;
-  for (const Replicas::Slot slot : replicas.in_order()) {
-    const Replicas::Contribution& one = replicas.contribution(slot);
-    if (one.id.robot != robot || one.id.epoch != epoch || one.leaving || !is_map(one.id)) continue;
-    if (!best || one.blocks > best->blocks) best = Chosen{slot, one.id, one.blocks, one.segments};
-  }
-  return best;
 }
 
 PairState* LinkMaker::place_for_pair(const TeamPlacement& placement) noexcept {
@@ -78,15 +55,6 @@ void LinkMaker::note_robots(const TeamPlacement& placement, std::uint32_t own,
   }
 }
 
-bool LinkMaker::is_due(const PairState& pair, const Replicas& replicas, const Chosen& own,
-                       Instant now) noexcept {
-  if (now < pair.due || (pair.waits && !pair.no_room)) return false;
-  const std::optional<Chosen> other = choose(replicas, pair.robot, pair.epoch);
-  if (!other || other->blocks < kLeastBlocks || own.blocks < kLeastBlocks) return false;
-  return pair.attempts == 0 || pair.in_doubt ||
-         has_grown(std::uint64_t{own.segments} + other->segments, pair.compared);
-}
-
 void LinkMaker::tick(Exchange& exchange, const GlobalMap& global, const TeamPlacement& placement,
                      Instant now) noexcept {
   const std::optional<ContributionId> publishing = exchange.publishing();
@@ -95,14 +63,13 @@ void LinkMaker::tick(Exchange& exchange, const GlobalMap& global, const TeamPlac
   follow_corrections(global);
   state(exchange, now);
   if (at_) return;
-  const Replicas& replicas = global.replicas();
-  const std::optional<Chosen> own = choose(replicas, publishing->robot, publishing->epoch);
-  if (!own) return;
   for (std::size_t i = 0; i < count_; ++i) {
     PairState& pair = pairs_[(next_ + i) % count_];
-    if (!is_due(pair, replicas, *own, now)) continue;
+    const std::optional<Comparison> comparison =
+        due(pair, global.replicas(), publishing->robot, now);
+    if (!comparison) continue;
     next_ = (next_ + i + 1) % count_;
-    begin(pair, global, placement, *own, *choose(replicas, pair.robot, pair.epoch));
+    begin(pair, global, placement, *comparison);
     return;
   }
 }
@@ -122,55 +89,35 @@ void LinkMaker::follow_corrections(const GlobalMap& global) noexcept {
     pair.T_world_other = T_other;
     renew(pair, link_of(pair.answer, T_own, T_other));
   }
-}
-
-FrameQuestion LinkMaker::question(const PairState& pair,
-                                  const TeamPlacement& placement) const noexcept {
-  // Between the worlds, where one knows; then between what is compared.
-  const auto between_maps = [&](const Matrix34d& T_world_a_world_b) {
-    return product(product(inverse(T_world_a_), T_world_a_world_b), T_world_b_);
-  };
-  if (pair.stated) {
-    const Matrix34d T_a_b = between_maps(pair.link.T_from_to);
-    return refines_ ? refinement_of(T_a_b) : question_near(T_a_b, kNearGiven);
-  }
-  // Every other time anywhere: what others say, or the frames given, may be wrong.
-  const bool is_near = pair.attempts % 2 == 1;
-  const Matrix34d* const T_team_b = placement.placed(pair.robot);
-  if (is_near && T_team_b != nullptr && placement.is_sure(pair.robot))
-    return question_near(between_maps(between_frames(placement.own(), *T_team_b)), kNearGuess);
-  if (is_near && config_.mode == FrameMode::kRefined &&
-      placement.prior_kind(pair.robot) != PriorKind::kUnknown)
-    return question_near(between_maps(Matrix34d::Identity()), kNearGuess);
-  FrameQuestion anywhere;
-  anywhere.T_a_b_guess = between_maps(Matrix34d::Identity());
-  return anywhere;
-}
-
-bool LinkMaker::is_refined(const PairState& pair) const noexcept {
-  // A refinement looks where the link is: what a search refuses, no refinement confirms.
-  return pair.stated && !pair.in_doubt && pair.refusals == 0 &&
-         pair.search.refinements < kMostRefinements &&
-         pair.compared < kSearchGrowth * pair.search.compared && pair.search.own_id == own_.id &&
-         pair.search.other_id == other_.id;
+  if (!at_) return;
+  const Replicas::Contribution& own = replicas.contribution(own_.slot);
+  const Replicas::Contribution& other = replicas.contribution(other_.slot);
+  if (!own.present || own.id != own_.id || !other.present || other.id != other_.id) return;
+  T_world_a_ = own.T_world_local.in_metres(resolution_m);
+  T_world_b_ = other.T_world_local.in_metres(resolution_m);
 }
 
 void LinkMaker::begin(PairState& pair, const GlobalMap& global, const TeamPlacement& placement,
-                      const Chosen& own, const Chosen& other) noexcept {
-  own_ = own;
-  other_ = other;
+                      const Comparison& comparison) noexcept {
+  own_ = comparison.own;
+  other_ = comparison.other;
   const Replicas& replicas = global.replicas();
   const double resolution_m = global.config().map.resolution_m;
-  T_world_a_ = replicas.contribution(own.slot).T_world_local.in_metres(resolution_m);
-  T_world_b_ = replicas.contribution(other.slot).T_world_local.in_metres(resolution_m);
-  pair.compared = std::uint64_t{own.segments} + other.segments;
+  T_world_a_ = replicas.contribution(own_.slot).T_world_local.in_metres(resolution_m);
+  T_world_b_ = replicas.contribution(other_.slot).T_world_local.in_metres(resolution_m);
+  is_of_link_ = pair.stated && own_.id == pair.own_id && other_.id == pair.other_id;
+  if (is_of_link_) pair.compared = comparison.segments();
   ++pair.attempts;
   refines_ = is_refined(pair);
-  Status status = source_a_.begin(replicas, own.slot);
-  if (status == Status::kOk) status = source_b_.begin(replicas, other.slot);
+  const FrameQuestion asked = question(pair, placement);
+  is_near_ = asked.is_guess;
+  Status status = source_a_.begin(replicas, own_.slot);
+  if (status == Status::kOk) status = source_b_.begin(replicas, other_.slot);
+  if (status == Status::kOk) status = finder_.begin(source_a_.source(), source_b_.source(), asked);
   if (status == Status::kOk)
-    status = finder_.begin(source_a_.source(), source_b_.source(), question(pair, placement));
-  if (status == Status::kOk) at_ = static_cast<std::size_t>(&pair - pairs_.data());
+    at_ = static_cast<std::size_t>(&pair - pairs_.data());
+  else
+    ++pair.turn;
 }
 
 bool LinkMaker::step(Instant now) noexcept {
@@ -200,13 +147,21 @@ void LinkMaker::take(PairState& pair, Instant now) noexcept {
   pair.sigma_m = answer.worst_sigma_m;
   pair.sigma_rad = answer.worst_sigma_rad;
   ++pair.search.refinements;
+  const std::uint64_t compared = Comparison{own_, other_}.segments();
   if (!refines_) {
-    pair.search = {.compared = pair.compared, .own_id = own_.id, .other_id = other_.id};
+    pair.search = {.compared = compared, .own_id = own_.id, .other_id = other_.id};
     pair.support_second = answer.support_second;
     pair.agreement_second = answer.agreement_second;
   }
+  const bool was_stated = pair.stated;
   is_found ? accept(pair) : refuse(pair, answer.verdict);
   pair.due = now + (pair.stated ? kRecheck : kRetry);
+  if (pair.stated && (is_of_link_ || is_found)) {
+    pair.compared = compared;
+  } else if (!is_of_link_) {
+    pair.is_wide = is_near_ && !was_stated;
+    pair.turn += pair.is_wide ? 0U : 1U;
+  }
 }
 
 bool LinkMaker::is_where_stated(const PairState& pair) const noexcept {
@@ -219,8 +174,13 @@ bool LinkMaker::is_where_stated(const PairState& pair) const noexcept {
 void LinkMaker::accept(PairState& pair) noexcept {
   FrameLink link = link_of(finder_.answer(), T_world_a_, T_world_b_);
   if (!is_where_stated(pair)) return refuse(pair, FrameVerdict::kContradicted);
+  pair.own_id = own_.id;
+  pair.other_id = other_.id;
+  pair.T_world_own = T_world_a_;
+  pair.T_world_other = T_world_b_;
+  pair.answer = finder_.answer();
+  pair.refusals = 0;
   if (pair.stated) {
-    pair.refusals = 0;
     const LinkMotion motion = motion_between(pair.link, link);
     if (motion.shift_m < kWorth_m && motion.chord_rad < kWorth_rad) return;
   }
@@ -232,11 +192,6 @@ void LinkMaker::accept(PairState& pair) noexcept {
   link.to_version = source_b_.newest_version();
   link.revision = pair.link.revision;
   pair.link = link;
-  pair.own_id = own_.id;
-  pair.other_id = other_.id;
-  pair.T_world_own = T_world_a_;
-  pair.T_world_other = T_world_b_;
-  pair.answer = finder_.answer();
   renew(pair, link);
 }
 
@@ -262,10 +217,12 @@ void LinkMaker::refuse(PairState& pair, FrameVerdict verdict) noexcept {
   if (!pair.stated) return;
   const bool doubts = verdict == FrameVerdict::kContradicted ||
                       verdict == FrameVerdict::kNoneFits || verdict == FrameVerdict::kOutOfReach;
-  pair.refusals = doubts ? pair.refusals + 1 : 0;
+  // Who is merely unsure takes no contradiction back.
+  pair.refusals += doubts ? 1U : 0U;
   if (pair.refusals < kMostRefusals) return;
   pair.stated = false;
   pair.refusals = 0;
+  pair.compared = 0;  // all take turns again
   ++pair.link.revision;
   pair.link.withdrawn = true;
   pair.waits = true;
@@ -276,10 +233,13 @@ void LinkMaker::state(Exchange& exchange, Instant now) noexcept {
   if (now - stated_ < kStatePause) return;
   for (const bool withdrawn : {true, false}) {
     for (PairState& pair : pairs_.first(count_)) {
-      if (!pair.waits || pair.link.withdrawn != withdrawn) continue;
+      if (!pair.waits || pair.link.withdrawn != withdrawn || now < pair.state_due) continue;
       const Status status = exchange.state(pair.link).status();
       pair.no_room = status != Status::kOk && status != Status::kInvalidArgument;
-      if (pair.no_room) continue;
+      if (pair.no_room) {
+        pair.state_due = now + kRetry;
+        continue;
+      }
       pair.waits = false;
       stated_ = now;
       return;

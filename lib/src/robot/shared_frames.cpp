@@ -37,9 +37,9 @@ bool SharedFrames::is_joined() const noexcept {
 }
 
 /// Once in each epoch: what is known of the frame in which it is published.
-void SharedFrames::state_prior() noexcept {
+void SharedFrames::state_prior(Instant now) noexcept {
   const std::optional<ContributionId> own = exchange_->publishing();
-  if (!own || stated_epoch_ == own->epoch) return;
+  if (!own || stated_epoch_ == own->epoch || now < prior_due_) return;
   StatedPrior prior{.robot = own->robot, .epoch = own->epoch};
   if (config_.mode == FrameMode::kRefined) {
     prior.kind = config_.sigma_m > 0.0 ? PriorKind::kVague : PriorKind::kExact;
@@ -48,11 +48,14 @@ void SharedFrames::state_prior() noexcept {
         FrameCovariance::isotropic(origin_world_, config_.sigma_m, config_.sigma_rad);
   }
   const Result<std::uint32_t> stated = exchange_->state(prior);
-  if (stated.ok()) stated_epoch_ = own->epoch;
+  if (stated.ok())
+    stated_epoch_ = own->epoch;
+  else
+    prior_due_ = now + LinkMaker::kRetry;
 }
 
 void SharedFrames::tick(const Point3d& p_world, Instant now) noexcept {
-  state_prior();
+  state_prior(now);
   placement_.tick(*exchange_, *global_, p_world, now);
   links_.tick(*exchange_, *global_, placement_, now);
   static_cast<void>(step(now));

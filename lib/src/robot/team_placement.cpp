@@ -124,10 +124,12 @@ void TeamPlacement::take(const TeamSolution& solution, std::uint32_t own,
                          GlobalMap& global) noexcept {
   const auto mine = std::ranges::find(solution.frames, own, &RobotFrame::robot);
   if (mine == solution.frames.end()) return keep_alone(own, global);
-  // Another anchor is another frame: what is in use ends first, and all begin there at once.
+  // Another anchor is another frame: what is in use ends first, and all begin there at once. Where
+  // users gave frames, theirs is the team's, whoever of them is there.
   const std::uint32_t anchor_epoch = epoch_of(mine->anchor);
-  const bool rebased = count_ != 0 && (mine->anchored_by != anchored_by_ ||
-                                       mine->anchor != anchor_ || anchor_epoch != anchor_epoch_);
+  const bool is_other = mine->anchored_by == FrameAnchor::kLowestRobot &&
+                        (mine->anchor != anchor_ || anchor_epoch != anchor_epoch_);
+  const bool rebased = count_ != 0 && (mine->anchored_by != anchored_by_ || is_other);
   anchored_by_ = mine->anchored_by;
   anchor_ = mine->anchor;
   anchor_epoch_ = anchor_epoch;

@@ -1,46 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Robots in one hall that nobody has surveyed: where each is follows from what they have in common.
-#include <algorithm>
-
-#include "frames_team.hpp"
-#include "tessera/base/rigid.hpp"
+#include "hall_team.hpp"
 
 namespace tessera {
-namespace {
-
-/// Of the large hall, whose labels are made those of the small robots.
-SolidWorld hall() {
-  SolidWorld world = large_hall();
-  for (Solid& solid : world.solids) solid.label = solid.label == 1 ? 1 : 2;
-  return world;
-}
-
-Matrix34d map_frame(std::size_t i) {
-  const auto n = static_cast<double>(i);
-  return frame_of(70.0 * n, 1.0 + 0.5 * n, 40.0 * n, {3.0 - 5.0 * n, 4.0 * n - 2.0, 0.3 * n});
-}
-
-WorldView part(double low_x_m, double high_x_m, const Matrix34d& T_map_world) {
-  return {{low_x_m, -0.5, -0.5}, {high_x_m, 18.5, 3.5}, T_map_world, 0.2, false};
-}
-
-void map_hall(Robot& robot, double low_x_m, double high_x_m, const Matrix34d& T_map_world) {
-  add_world(hall(), part(low_x_m, high_x_m, T_map_world), robot.mapper().maps().map());
-}
-
-/// How far a robot's world is from where it should be beside another's: at the middle of the hall.
-double error_m(const SharedFrames& frames, std::uint32_t a, std::uint32_t b) {
-  const Matrix34d* const T_team_a = frames.frame_of(a);
-  const Matrix34d* const T_team_b = frames.frame_of(b);
-  if (T_team_a == nullptr || T_team_b == nullptr) return 1e9;
-  const Point3d middle(15.0, 9.0, 1.0);
-  return norm(Point3d(apply(*T_team_a, apply(map_frame(a), middle)) -
-                      apply(*T_team_b, apply(map_frame(b), middle))));
-}
-
-}  // namespace
-
 TEST_CASE("frames are found: three robots that hear two thirds of each other agree to the bit") {
   FramesTeam team(1, 0.3);
   for (std::uint32_t i = 0; i < 3; ++i) team.add(FramesTeam::config_of(i, FrameMode::kFound));
@@ -207,9 +170,8 @@ TEST_CASE("frames are found: two robots that have nothing in common have no fram
   FramesTeam team(4);
   for (std::uint32_t i = 0; i < 2; ++i) team.add(FramesTeam::config_of(i, FrameMode::kFound));
   map_hall(team.robot(0), 0.0, 26.0, map_frame(0));
-  SolidWorld other = other_hall();
-  for (Solid& solid : other.solids) solid.label = 1 + (solid.label & 1);
-  add_world(other, part(0.0, 24.5, map_frame(1)), team.robot(1).mapper().maps().map());
+  add_world(with_two_labels(other_hall()), part_of_hall(0.0, 24.5, map_frame(1)),
+            team.robot(1).mapper().maps().map());
   team.run(20 * kOneSecond_us);
   for (std::uint32_t i = 0; i < 2; ++i) {
     CHECK(team.frames(i).frame_of(1 - i) == nullptr);

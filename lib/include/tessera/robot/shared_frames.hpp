@@ -79,7 +79,7 @@ class SharedFrames {
   [[nodiscard]] bool busy() const noexcept { return links_.busy() || placement_.busy(); }
 
  private:
-  void state_prior() noexcept;
+  void state_prior(Instant now) noexcept;
 
   FramesConfig config_{};
   Point3d origin_world_ = Point3d::Zero();
@@ -88,6 +88,7 @@ class SharedFrames {
   LinkMaker links_;
   TeamPlacement placement_;
   std::optional<std::uint32_t> stated_epoch_;
+  Instant prior_due_ = Instant::long_ago();  ///< When it is tried again.
 };
 
 }  // namespace tessera

@@ -25,16 +25,17 @@ struct PairState {
   std::uint32_t attempts = 0;
   FrameVerdict verdict = FrameVerdict::kTooLittle;  ///< Of the last attempt.
   bool stated = false;          ///< The link holds: it was accepted, and not withdrawn.
-  std::uint32_t refusals = 0;   ///< In a row, of a link that is stated.
+  std::uint32_t refusals = 0;   ///< Contradictions of a stated link since it was last confirmed.
   double support = 0.0;         ///< FrameAnswer, of the last attempt.
   double support_second = 0.0;  ///< Of the last search: a refinement looks for no other place.
   Agreement agreement{};
   Agreement agreement_second{};  ///< As support_second.
   double sigma_m = 0.0;
   double sigma_rad = 0.0;
-  FrameLink link{};      ///< As it was stated last, or is to be.
-  bool waits = false;    ///< To be stated.
-  bool no_room = false;  ///< When it was to be stated last.
+  FrameLink link{};                         ///< As it was stated last, or is to be.
+  bool waits = false;                       ///< To be stated.
+  bool no_room = false;                     ///< When it was to be stated last.
+  Instant state_due = Instant::long_ago();  ///< When that is tried again.
   /// What was compared, and what was found, while the link is stated.
   ContributionId own_id{};
   ContributionId other_id{};
@@ -42,7 +43,12 @@ struct PairState {
   Matrix34d T_world_other = Matrix34d(Matrix34d::Identity());
   FrameAnswer answer{};
   Instant due = Instant::long_ago();
-  std::uint64_t compared = 0;  ///< Segments of both at the last attempt.
+  /// Segments at the last attempt: of what a stated link is of, else of all that may be compared.
+  std::uint64_t compared = 0;
+  /// Without a link, maps of this robot and of the other one take turns.
+  std::uint32_t combinations = 0;
+  std::uint32_t turn = 0;
+  bool is_wide = false;  ///< The next search is anywhere: the one before was near a guess.
   /// The last attempt that was no refinement.
   struct Search {
     std::uint64_t compared = 0;  ///< Segments of both.
@@ -68,7 +74,7 @@ class LinkMaker {
   /// A link from which a search ends this far off is in doubt.
   static constexpr double kElsewhere_m = 0.3;
   static constexpr double kElsewhere_rad = 0.0175;
-  /// It is withdrawn after so many refusals in a row, each with more of the maps.
+  /// It is withdrawn after so many contradictions without a confirmation between them.
   static constexpr std::uint32_t kMostRefusals = 3;
   /// A link that is stated is refined where it is, and searched for near there where a refinement
   /// does not find it, where a search has found it elsewhere, after so many refinements, or where
@@ -104,20 +110,37 @@ class LinkMaker {
   struct Chosen {
     Replicas::Slot slot = 0;
     ContributionId id{};
-    std::uint32_t blocks = 0;
     std::uint32_t segments = 0;  ///< What is held of it: later versions of a block say more.
   };
-  [[nodiscard]] static std::optional<Chosen> choose(const Replicas& replicas, std::uint32_t robot,
-                                                    std::uint32_t epoch) noexcept;
+  struct Comparison {
+    Chosen own{};
+    Chosen other{};
+    [[nodiscard]] std::uint64_t segments() const noexcept {
+      return std::uint64_t{own.segments} + other.segments;
+    }
+  };
+  /// A robot's maps of an epoch that may be compared.
+  struct Maps {
+    std::uint32_t count = 0;
+    std::uint64_t segments = 0;
+  };
+  [[nodiscard]] static Chosen chosen(const Replicas& replicas, Replicas::Slot slot) noexcept;
+  [[nodiscard]] static Maps maps_of(const Replicas& replicas, std::uint32_t robot,
+                                    std::uint32_t epoch) noexcept;
+  /// The newest of them is number 0. There must be one of this number.
+  [[nodiscard]] static Chosen newest(const Replicas& replicas, std::uint32_t robot,
+                                     std::uint32_t epoch, std::uint32_t number) noexcept;
   void note_robots(const TeamPlacement& placement, std::uint32_t own, std::uint32_t epoch) noexcept;
   /// A place for one more; null: all are of robots that are there, or one is compared.
   [[nodiscard]] PairState* place_for_pair(const TeamPlacement& placement) noexcept;
-  /// Robots move submaps as their pose graphs have them: links between worlds follow at once.
+  /// Robots move submaps as their pose graphs have them: links between worlds follow at once, and
+  /// so does what is compared.
   void follow_corrections(const GlobalMap& global) noexcept;
-  [[nodiscard]] static bool is_due(const PairState& pair, const Replicas& replicas,
-                                   const Chosen& own, Instant now) noexcept;
+  /// Nothing: none is due.
+  [[nodiscard]] static std::optional<Comparison> due(PairState& pair, const Replicas& replicas,
+                                                     std::uint32_t own_robot, Instant now) noexcept;
   void begin(PairState& pair, const GlobalMap& global, const TeamPlacement& placement,
-             const Chosen& own, const Chosen& other) noexcept;
+             const Comparison& comparison) noexcept;
   [[nodiscard]] FrameQuestion question(const PairState& pair,
                                        const TeamPlacement& placement) const noexcept;
   [[nodiscard]] bool is_refined(const PairState& pair) const noexcept;
@@ -138,6 +161,8 @@ class LinkMaker {
   std::size_t count_ = 0;
   std::optional<std::size_t> at_;  ///< The pair that is compared.
   bool refines_ = false;           ///< It is a refinement.
+  bool is_near_ = false;           ///< It is searched for near a guess.
+  bool is_of_link_ = false;        ///< It is compared what the stated link is of.
   Chosen own_{};
   Chosen other_{};
   Matrix34d T_world_a_ = Matrix34d(Matrix34d::Identity());  ///< Of what is compared.
