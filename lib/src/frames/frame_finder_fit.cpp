@@ -278,7 +278,9 @@ double FrameFinder::needed() const noexcept {
   const auto agreed = static_cast<double>(found.agreed);
   const double all = agreed + static_cast<double>(found.contradicted + found.unseen);
   const double of_all = all > 0.0 ? agreed / all : 0.0;
-  const double least = kLeastSupport * (1.0 - of_all / kMuch);
+  const double of_thickness =
+      ((a_.is_fine() ? kOfFine : 1.0) + (b_.is_fine() ? kOfFine : 1.0)) / 2.0;
+  const double least = of_thickness * kLeastSupport * (1.0 - of_all / kMuch);
   return least > kLeastOfAll ? least : kLeastOfAll;
 }
 

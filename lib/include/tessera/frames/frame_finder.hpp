@@ -71,6 +71,9 @@ class FrameFinder {
   /// What is accepted; docs/measured/alignment.md has the figures from which.
   static constexpr double kLeastSupport = 5'000.0;  ///< Where little of the maps is in the overlap;
   static constexpr double kLeastOfAll = 1'000.0;    ///< where much is.
+  /// Of maps in fine parts (MapSketch) the first is so much of it: their surfaces are as thick as
+  /// one part, those of coarse voxels as two or three.
+  static constexpr double kOfFine = 0.5;
   static constexpr double kMuch = 0.5;  ///< Of all samples those that agree: in between it falls.
   static constexpr double kLeastShare = 0.95;
   static constexpr double kMostSecond = 0.5;  ///< Of the support of the best.

@@ -128,6 +128,8 @@ class MapSketch {
     const Surface* surface = nullptr;  ///< Null where no part is occupied.
   };
   [[nodiscard]] Parts parts(VoxelCoord cell) const noexcept;
+  /// A part is 2 x 2 x 2 voxels.
+  [[nodiscard]] bool is_fine() const noexcept { return voxels_part_ == 2; }
 
  private:
   static constexpr std::uint32_t kBuckets = 1U << 18U;
