@@ -25,20 +25,21 @@ FrameLink link_of(std::size_t from, std::size_t to, const FrameAnswer& answer) {
   return link;
 }
 
-/// Anywhere; near where both were placed first.
+/// Near where both were placed, if they were; then anywhere, about there.
 Outcome<FrameAnswer> search(FrameRun& run, const FuseInput& a, const FuseInput& b,
                             const PairsProgress& progress, std::uint32_t from) {
   constexpr std::uint32_t kNear = 10;  // of the 50 of a side
   constexpr std::uint32_t kSide = 50;
   const LocalMap& map_a = a.stored->map;
   const LocalMap& map_b = b.stored->map;
+  FrameQuestion anywhere = question_of(std::nullopt);
   if (a.placed && b.placed) {
+    anywhere.T_a_b_guess = between(a, b);
     TESSERA_TRY_ASSIGN(const FrameAnswer near, run.find(map_a, map_b, question_of(between(a, b)),
                                                         progress.part(from, from + kNear)));
     if (near.verdict == FrameVerdict::kFound) return near;
   }
-  return run.find(map_a, map_b, question_of(std::nullopt),
-                  progress.part(from + kNear, from + kSide));
+  return run.find(map_a, map_b, anywhere, progress.part(from + kNear, from + kSide));
 }
 
 /// Searches all pairs from both sides; links of those that were found from both.
