@@ -64,7 +64,10 @@ void print_agreement(const char* name, const Agreement& agreement) {
 void print(const FrameAnswer& answer, const AlignOptions& options) {
   std::printf("%s and %s: %s\n", options.maps[0].c_str(), options.maps[1].c_str(),
               to_string(answer.verdict));
-  std::printf("  %s is %s\n", options.maps[1].c_str(), motion_text(answer.T_a_b).c_str());
+  const bool is_found = answer.verdict == FrameVerdict::kFound;
+  std::printf("  %s%s is %s\n",
+              is_found ? "" : "best place, not accepted: ", options.maps[1].c_str(),
+              motion_text(answer.T_a_b).c_str());
   if (is_held(answer))
     std::printf("  standard deviation of the direction least held %.3f m, %.2f degrees\n",
                 answer.worst_sigma_m, degrees_of(answer.worst_sigma_rad));

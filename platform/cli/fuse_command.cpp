@@ -126,11 +126,11 @@ Outcome<void> run_fuse(const FuseOptions& options) {
   TESSERA_TRY_ASSIGN(const std::vector<PairAlignment> pairs,
                      compare_pairs(options, !sessions.empty(), inputs, warnings));
   TESSERA_TRY(add_sessions(sessions, inputs, warnings));
-  warn_of(warnings);
   TESSERA_TRY_ASSIGN(const std::unique_ptr<FusionRun> fusion,
                      FusionRun::prepare(inputs, options, diffusion));
-  warnings.clear();
-  warn_of_no_frame(inputs, warnings);
+  std::vector<Message> of_frames;
+  warn_of_no_frame(inputs, of_frames);
+  warn_of(of_frames);
   warn_of(warnings);
   TESSERA_TRY(fuse_all(*fusion, inputs));
   FuseRun& run = fusion->run();

@@ -195,9 +195,10 @@ void print(const Json& json, const std::string& path) {
                             : json["T_global_map"].is_null() ? "the robot's own, no T_global_map"
                                                              : "T_global_map given";
   std::printf("  frame        %s\n", frame);
-  std::printf(
-      "  voxels       %llu labelled or occupied, %llu with free evidence only, in %llu blocks\n",
-      number("label_voxels"), number("free_voxels"), number("blocks"));
+  std::printf("  voxels       %llu labelled or occupied, %llu with free evidence only",
+              number("label_voxels"), number("free_voxels"));
+  if (!json.contains("submaps")) std::printf(", in %llu blocks", number("blocks"));
+  std::printf("\n");
   std::printf("  file         %llu bytes\n", number("file_bytes"));
   std::printf("  digest       %s%s\n", json["digest"].get<std::string>().c_str(),
               json["verified"].get<bool>() ? ", computed from the voxels" : "");

@@ -139,7 +139,7 @@ Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, 
   run.calibration = calibration_of(map);
   if (submaps != nullptr) {
     TESSERA_TRY_ASSIGN(run.file, submaps->finish(mapper));
-    run.usage = submaps->largest();
+    submaps->describe(run);
     return {};
   }
   run.usage = map.usage();
@@ -253,7 +253,7 @@ Outcome<void> run_map(MapOptions& options) {
   // Before the work, so that an unwritable output is reported at once.
   TESSERA_TRY(check_places(options));
   TESSERA_TRY_ASSIGN(const std::unique_ptr<RecordedScans> source,
-                     open_source(options, {.no_returns = true}));
+                     open_source(options, {.motion = needs_stamps(options), .no_returns = true}));
   Earlier earlier;
   earlier.spilled = spilled;
   TESSERA_TRY_ASSIGN(std::optional<ArchiveContent> archive, find_archive(options.archive));

@@ -234,7 +234,9 @@ void print_summary(const MapRun& run, const std::string& out) {
   std::printf("  voxels   %llu labelled or occupied, %llu free%s\n",
               static_cast<unsigned long long>(usage.label_voxels),
               static_cast<unsigned long long>(run.free_voxels),
-              run.window ? ", in memory after the last scan" : "");
+              run.in_submaps ? ", in the largest submap"
+              : run.window   ? ", in memory after the last scan"
+                             : "");
   std::printf(
       "  memory   %.1f MB used of %.1f MB, %.1f MB of it scratch, %.1f bytes a labelled or "
       "occupied voxel\n",
@@ -253,7 +255,7 @@ void print_summary(const MapRun& run, const std::string& out) {
     std::printf("  heap     %llu allocations after start\n",
                 static_cast<unsigned long long>(*run.heap_allocations));
   }
-  if (run.window) {
+  if (run.window || run.in_submaps) {
     std::printf("  file     %llu voxels labelled or occupied, %llu free\n",
                 static_cast<unsigned long long>(run.file.label_voxels),
                 static_cast<unsigned long long>(run.file.free_voxels));

@@ -47,6 +47,7 @@ struct MapRun {
   MapSummary file;  ///< What was written.
   MapUsage usage;   ///< After the last scan, as the next member: with a window, of its content.
   std::uint64_t free_voxels = 0;
+  bool in_submaps = false;  ///< The last two members are of the submap that took most memory.
   std::optional<WindowTotals> window;
   std::optional<PriorMapReport> prior_map;
   Json calibration;  ///< How the map's probabilities are computed: calibration_of.

@@ -102,7 +102,10 @@ Outcome<void> MapSubmaps::check_stamps(const Scan& scan) const {
 
 Outcome<void> MapSubmaps::seal(Mapper& mapper) {
   const MapUsage usage = mapper.map().usage();
-  if (usage.used_bytes > largest_.used_bytes) largest_ = usage;
+  if (usage.used_bytes > largest_.used_bytes) {
+    largest_ = usage;
+    largest_free_voxels_ = mapper.map().count_free_voxels();
+  }
   SubmapRow row;
   row.number = static_cast<std::uint32_t>(writer_.rows().size());
   row.first_scan = static_cast<std::uint32_t>(placed_[firsts_.back()].number);

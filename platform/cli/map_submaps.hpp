@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/json.hpp"
+#include "cli/map_report.hpp"
 #include "maps/submaps.hpp"
 #include "scans/pose_file.hpp"
 #include "scans/scan.hpp"
@@ -20,6 +21,10 @@ namespace tessera {
 
 /// Fails iff options are given that a map in submaps cannot have, or corrections of another map.
 Outcome<void> check_submaps(const MapOptions& options);
+/// Corrected poses find their scans by stamps; those of a dataset are read apart.
+[[nodiscard]] inline bool needs_stamps(const MapOptions& options) {
+  return options.dataset.empty() && !options.corrections.empty();
+}
 
 class MapSubmaps {
  public:
@@ -35,8 +40,12 @@ class MapSubmaps {
   void end_scan();
   /// Writes the last submap and the table. Fails as SubmapWriter::add and commit.
   Outcome<MapSummary> finish(Mapper& mapper);
-  /// The most that a submap took.
-  [[nodiscard]] const MapUsage& largest() const noexcept { return largest_; }
+  /// What the submap took that took most.
+  void describe(MapRun& run) const noexcept {
+    run.usage = largest_;
+    run.free_voxels = largest_free_voxels_;
+    run.in_submaps = true;
+  }
   /// Adds what became of submaps and corrections.
   void write(Json& json) const;
   /// A line of text.
@@ -81,6 +90,7 @@ class MapSubmaps {
   std::vector<Correction> corrections_;
   std::vector<std::int64_t> times_us_;  ///< By the number of a scan, where scans have no stamps.
   MapUsage largest_{};
+  std::uint64_t largest_free_voxels_ = 0;
 };
 
 }  // namespace tessera

@@ -84,7 +84,7 @@ void add_view_command(CLI::App& app, int& exit_status) {
       app.add_subcommand("view", "Show maps in a browser, served by this command");
   auto o = std::make_shared<ViewOptions>();
   command
-      ->add_option("maps", o->maps,
+      ->add_option("MAPS", o->maps,
                    "Map files; local maps given with a global one show who contributed to it")
       ->required()
       ->expected(1, kMostViewedMaps)

@@ -207,9 +207,10 @@ void warn_of_no_frame(const std::vector<FuseInput>& inputs, std::vector<Message>
   }
   warnings.push_back(
       fmt::format("none of the {} maps has a T_global_map: their frames are taken for the same "
-                  "one; where they are not, give ",
+                  "one; where they are not, have them found (",
                   inputs.size()) +
-      Message(kTransform) + Message(" MAP.tsm=T.txt for each", ", one for each"));
+      Message(kAlign) + "), or give " + Message(kTransform) +
+      Message(" MAP.tsm=T.txt for each", ", one for each"));
 }
 
 std::vector<NamedFile> files_of(const std::vector<std::string>& paths,

@@ -56,8 +56,9 @@ Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
 /// beside others.
 void warn_of_no_frame(const std::vector<FuseInput>& inputs, std::vector<Message>& warnings);
 
-/// The option for the frames of maps.
+/// The options for the frames of maps.
 inline constexpr SettingName kTransform{.option = "--transform", .argument = "transforms"};
+inline constexpr SettingName kAlign{.option = "--align"};
 
 /// The files named by these arguments, for check_outputs; option: of the maps.
 std::vector<NamedFile> files_of(const std::vector<std::string>& paths,

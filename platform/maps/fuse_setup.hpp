@@ -31,7 +31,7 @@ struct FuseOptions {
 
 inline constexpr Setting kFuseRows[] = {
     row<&FuseOptions::align>(
-        {"--align"}, "Find the frames of the maps from their contents; T_global_map is a guess",
+        kAlign, "Find the frames of the maps from their contents; T_global_map is a guess",
         {.flag = true}),
     row<&FuseOptions::counts>(
         {"--counts"}, "How counts of the global map are stored",

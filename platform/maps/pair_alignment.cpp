@@ -90,6 +90,9 @@ std::optional<Message> label_warning(const FuseInput& first, const FuseInput& se
                                      const Alignment& alignment, bool is_placed) {
   const double resolution_m = first.stored->map.config().resolution_m;
   if (alignment.common < kLeastCommon) return std::nullopt;
+  if (alignment.shifted() && !is_placed && !first.placed && !second.placed)
+    return Message(names_of(first, second) +
+                   " do not lie on each other where their frames are taken for the same one");
   if (alignment.shifted() && !is_placed) {
     const auto metres = [&](std::size_t axis) {
       return text_of(alignment.best_shift[axis] * resolution_m);

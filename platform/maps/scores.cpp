@@ -199,7 +199,7 @@ std::vector<Message> doubts_of(const Scores& scores, const LocalMap& map,
   if (scores.coverage_any() < kLeastCoverage) {
     doubts.emplace_back(fmt::format(
         "only {:.1f} % of the points are in occupied voxels of the map: check that it is "
-        "of the same place, in the same frame, and made with the same range",
+        "of the same place, in the same frame (transform), and made with the same range",
         100.0 * scores.coverage_any()));
   }
   return doubts;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string_view>
 
 #include "base/input_file.hpp"
 #include "maps/map_journal.hpp"
@@ -145,6 +146,9 @@ Outcome<std::unique_ptr<StoredMap>> load_journal(const std::string& path,
 }  // namespace
 
 Failure damaged_file(const std::string& path, const MapFileStatus& status) {
+  if (std::string_view(status.what) == MapFileStatus::kOtherFile)
+    return {path + ": " + status.what +
+            " (.tsm); of maps of other programs, .bt and .ot are read, as a prior map"};
   return {fmt::format("{}: {} ({} at byte {}); make the map again or use another copy", path,
                       status.what, to_string(status.status), status.offset_bytes)};
 }

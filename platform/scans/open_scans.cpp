@@ -37,7 +37,7 @@ void warn_of_numbers(const SourceOptions& options, const Folder& folder, OpenedS
   if (folder.num_poses() != folder.num_files()) {
     opened.warnings.push_back(
         fmt::format("there are {} poses for {} files: the first pose is taken for the first file, "
-                    "and so on",
+                    "and so on; stamps are not compared with the names of files",
                     folder.num_poses(), folder.num_files()));
   }
 }

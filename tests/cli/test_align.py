@@ -102,6 +102,7 @@ class Align(CommandCase):
         result = self.run_command("align", self.maps[0], "corner.tsm", "--out", "T.txt", "--report", "align.json")
         self.assertEqual(FAILURE, result.returncode)
         self.assertIn("are not aligned: ", result.stderr)
+        self.assertIn("best place, not accepted: corner.tsm is moved by", result.stdout)
         self.assertFalse((self.folder / "T.txt").exists())
         report = json.loads((self.folder / "align.json").read_text())
         self.assertFalse(report["accepted"])

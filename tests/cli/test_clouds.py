@@ -124,6 +124,19 @@ class Mapped(CloudCase):
         self.write_poses(f"{100.5 + i} {0.5 * i} 0 0 0 0 0 1" for i in range(3))
         self.assertEqual(expected["digest"], self.map_clouds("--pcd", root)[1]["digest"])
 
+    def test_stamps_of_poses_find_corrected_poses(self):
+        root = self.write_clouds("clouds", "pcd", pcd_binary)
+        count = len(list(root.glob("*.pcd")))
+        stamped = "".join(f"{100.0 + i} {i} 0 0 0 0 0 1\n" for i in range(count))
+        self.write_poses(stamped.splitlines())
+        (self.folder / "corrected.txt").write_text("".join(f"{100.0 + i} {i + 3.0} 0 0 0 0 0 1\n" for i in range(count)))
+        result, report = self.map_clouds("--pcd", root, "--submap-length", 0.5, "--corrections", self.folder / "corrected.txt")
+        self.assertLess(report["corrections"][0]["residual_m"], 1e-3)
+        for submap in report["submaps"]:
+            self.assertAlmostEqual(3.0, submap["T_map_submap"][3], 3)
+        self.assertRegex(result.stdout, r"voxels +[1-9]\d* labelled or occupied, [1-9]\d* free, in the largest submap")
+        self.assertRegex(result.stdout, r"file +[1-9]\d* voxels labelled or occupied, [1-9]\d* free")
+
     def test_a_range_of_scans_and_going_on_from_it(self):
         root = self.write_clouds("clouds", "ply", ply_little)
         _, whole = self.map_clouds("--ply", root)

@@ -71,9 +71,15 @@ class Doctor(CommandCase):
         self.assertEqual("good", checks["loopback multicast"]["state"])
 
     def test_an_interface_without_multicast(self):
-        _, checks = self.doctor("--interface", "lo", network=("ip link set lo up multicast off",), status=FAILURE)
+        network = ("ip link add v0 type veth peer name v1", "ip addr add 10.9.9.1/24 dev v0", "ip link set v1 up", "ip link set v0 up multicast off")
+        _, checks = self.doctor("--interface", "v0", network=network, status=FAILURE)
         self.assertEqual("stops", checks["interface"]["state"])
-        self.assertEqual("ip link set lo up multicast on", checks["interface"]["mend"])
+        self.assertEqual("ip link set v0 up multicast on", checks["interface"]["mend"])
+
+    def test_a_loopback_interface_forwards_multicast_without_saying_so(self):
+        _, checks = self.doctor("--url", URL, "--interface", "lo", network=("ip link set lo up multicast off",))
+        self.assertEqual("advice", checks["interface"]["state"])
+        self.assertEqual("good", checks["loopback multicast"]["state"])
 
     def test_an_interface_that_is_not_there(self):
         _, checks = self.doctor("--interface", "eth99", status=FAILURE)

@@ -86,7 +86,7 @@ class Damage(CommandCase):
 
     def test_files_that_are_no_maps(self):
         self.info_refuses(b"", saying=("too short",))
-        self.info_refuses(b"ply\nformat ascii 1.0\n" * 100, saying=("not a map file",))
+        self.info_refuses(b"ply\nformat ascii 1.0\n" * 100, saying=("not a map file (.tsm)", ".bt"))
         self.info_refuses(bytes(100000))
 
     def with_header(self, changed):

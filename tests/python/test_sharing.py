@@ -88,7 +88,7 @@ def test_maps_of_which_none_has_a_frame_are_fused_with_a_warning(wall):
     with pytest.warns(UserWarning) as found:
         tessera.fuse(made)
     assert [str(one.message) for one in found] == [
-        "none of the 2 maps has a T_global_map: their frames are taken for the same one; where they are not, give transforms, one for each"]
+        "none of the 2 maps has a T_global_map: their frames are taken for the same one; where they are not, have them found (align), or give transforms, one for each"]
     with pytest.warns(UserWarning, match="has no T_global_map; its frame is taken for the global one"):
         tessera.fuse(made, [np.eye(4), None])
 

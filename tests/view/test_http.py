@@ -241,7 +241,7 @@ class Usage(CommandCase):
         (self.folder / "T.txt").write_text("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n")
         self.refused("view", "missing.tsm", saying=["missing.tsm"])
         self.refused("view", junk, saying=["junk.tsm"])
-        self.refused("view", saying=["maps"])
+        self.refused("view", saying=["MAPS"])
         self.refused("view", a, a, saying=["duplicate"])
         self.refused("view", a, "--transform", f"{a}=T.txt", saying=["--transform"])
         for listen in ("8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1", "example.org:80", "::1:80", "[::1]", "[127.0.0.1]:80",

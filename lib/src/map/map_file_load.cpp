@@ -189,7 +189,7 @@ MapFileStatus load_header(const ByteSource& byte_source, MapFileBuffer& buffer,
   ByteReader in(preamble);
   for (const char letter : detail::kMapMagic) {
     if (in.u8() != static_cast<std::uint8_t>(letter))
-      return failed(source, Status::kCorrupt, "this is not a map file");
+      return failed(source, Status::kCorrupt, MapFileStatus::kOtherFile);
   }
   const std::uint16_t major = in.u16();
   static_cast<void>(in.u16());  // any minor version of a major one that is known

@@ -56,6 +56,9 @@ struct MapIdentity {
 
 /// How saving or loading ended. what: a short phrase, static; offset_bytes: where in the file.
 struct [[nodiscard]] MapFileStatus {
+  /// what, where the file does not begin as a map file does (kCorrupt).
+  static constexpr const char* kOtherFile = "this is not a map file";
+
   Status status = Status::kOk;
   const char* what = "";
   std::uint64_t offset_bytes = 0;
