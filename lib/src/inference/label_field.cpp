@@ -108,18 +108,15 @@ void LabelField::look(LocalMap& map, const BlockCoord& block, unsigned layers) n
     return dz < 0 ? 1U : (dz > 0 ? 1U << (kLayers - 1) : unsigned{kAllLayers} << 1U);
   };
   // All are found before the first is read, so that their memory is waited for together.
-  std::array<SlabHandle, 27> around;
-  auto found = around.begin();
+  std::array<SlabHandle, 27> around{};
+  SlabHandle* found = around.data();
   for (int dz = -1; dz <= 1; ++dz) {
     const bool any = (needed & layers_beside(dz)) != 0;
     for (int dy = -1; dy <= 1; ++dy, found += 3) {
-      if (any)
-        find_row(map, {block.x, block.y + dy, block.z + dz}, &*found);
-      else
-        std::fill_n(found, 3, SlabHandle{0});
+      if (any) find_row(map, {block.x, block.y + dy, block.z + dz}, found);
     }
   }
-  found = around.begin();
+  found = around.data();
   for (int dz = -1; dz <= 1; ++dz) {
     for (std::size_t y = 0; y < kCells; y += 2) {
       for (std::size_t x = 0; x < kCells; x += 2, ++found)

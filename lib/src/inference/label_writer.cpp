@@ -151,13 +151,18 @@ void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origi
                         ScanWork& time, ScanReport& report) noexcept {
   EvidenceWork work;
   const bool kernel = config_.mode == InferenceMode::kKernel;
+  const bool by_octets = config_.mode != InferenceMode::kCounting && tiles.unit_edge() == 2;
   // All votes before the first label: what a tile's labels are does not depend on the order.
   if (votes_) report.write_faults += LabelField::vote(map, tiles);
   const auto write = [&](const Tile& tile) {
     if (tile.wanted == 0) return;
     const Tile* const alone = &tile;
-    kernel ? strips_.write(map, tiles, {&alone, 1}, work, report)
-           : write_units(map, tiles, tile, work, report);
+    if (kernel)
+      strips_.write(map, tiles, {&alone, 1}, work, report);
+    else if (by_octets)
+      write_octets(map, tiles, tile, work, report);
+    else
+      write_units(map, tiles, tile, work, report);
   };
   const auto leave = [&](const Tile& tile) {
     if (tile.wanted != 0) count_cut(tiles, tile, report);
@@ -180,7 +185,6 @@ void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origi
 void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile& tile,
                               EvidenceWork& work, ScanReport& report) noexcept {
   const bool counting = config_.mode == InferenceMode::kCounting;
-  if (!counting && tiles.unit_edge() == 2) return write_octets(map, tiles, tile, work, report);
   const std::array<std::uint64_t, 6> neighbours = with_neighbours(tiles, tile);
   for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
     const int unit = std::countr_zero(rest);

@@ -65,6 +65,26 @@ bool ScanPoints::begin(const Lattice& lattice, const Point3d& origin_map) noexce
   return true;
 }
 
+namespace {
+
+void label_return(const PointLabeller& labeller, std::size_t i, ScanPoint& point,
+                  ScanReport& report) noexcept {
+  Labelling labelling{};
+  if (labeller.weighted()) {
+    labelling = labeller.label_best(i, point);
+    report.weighted_labels += point.has_one_label() ? 0U : 1U;
+    // Only the points that are left after thinning need their other labels.
+    point.label_weights = static_cast<std::uint32_t>(i);
+  } else {
+    labelling = labeller.label(i, point);
+  }
+  if (labelling == Labelling::kLabelled) return;
+  ++report.unlabelled;
+  report.wrong_labels += labelling == Labelling::kWrong ? 1U : 0U;
+}
+
+}  // namespace
+
 void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
                                   const InferenceConfig& config, std::uint8_t unlabelled,
                                   ScanWork& work, ScanReport& report) noexcept {
@@ -73,23 +93,8 @@ void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
   const Limits limits(config, lattice, origin_map_, scan);
   report.teammates = limits.teammates();
   const PointLabeller labeller(scan, unlabelled);
-  const bool weighted = labeller.weighted();
   const bool all = kept == scan.count;
   NextReturns next(limits, scan, by_fours_ && all ? place_returns_by_fours() : nullptr);
-  const auto label = [&](std::size_t i, ScanPoint& point) {
-    Labelling labelling{};
-    if (weighted) {
-      labelling = labeller.label_best(i, point);
-      report.weighted_labels += point.has_one_label() ? 0U : 1U;
-      // Only the points that are left after thinning need their other labels.
-      point.label_weights = static_cast<std::uint32_t>(i);
-    } else {
-      labelling = labeller.label(i, point);
-    }
-    if (labelling == Labelling::kLabelled) return;
-    ++report.unlabelled;
-    report.wrong_labels += labelling == Labelling::kWrong ? 1U : 0U;
-  };
   unsigned hits = 0;
   for (std::uint64_t k = 0; k < kept; ++k) {
     if (k % kReturnBatch == 0 && !work.in_time()) {
@@ -107,7 +112,7 @@ void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
     hit = ScanPoint{};
     if ((hits >> lane & 1U) != 0 && next.hit_at(lane, i, hit)) {
       ++report.in_range;
-      label(i, hit);
+      label_return(labeller, i, hit, report);
       ++registered_count_;
       continue;
     }
@@ -119,7 +124,7 @@ void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
                         (fate == Fate::kOnTeammate && point.component == kSightEnds);
     if (is_ray && config.free_space.enabled) registered_[registered_.size() - ++far_count_] = point;
     if (fate != Fate::kInRange) continue;
-    label(i, point);
+    label_return(labeller, i, point, report);
     registered_[registered_count_++] = point;
   }
 }
