@@ -4,8 +4,11 @@
 import json
 
 import kitti_folder as kitti
+import own_network
 from command_case import CommandCase
 from node_case import NodeCase
+
+own_network.enter()
 
 BOX = (-3.0, -1.0, -2.0, -1.0, 1.0, -0.5)
 ON_BODY = [(-2.0, 0.1 * y, -1.0) for y in range(-9, 10)]

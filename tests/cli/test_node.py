@@ -6,7 +6,6 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import time
 import unittest
 
@@ -14,9 +13,7 @@ import own_network
 from command_case import DONE, TIME_LIMIT_S, command_path
 from node_case import SCANS, NodeCase
 
-if not own_network.enter():
-    print("skipped: no network namespaces permitted here (unshare -rn)", file=sys.stderr)
-    raise unittest.SkipTest("no network namespaces")
+own_network.enter_or_skip()
 
 # Heap allocations are not counted under sanitizers.
 COUNTED = not os.environ.get("TESSERA_SANITIZE")

@@ -4,16 +4,13 @@
 import json
 import os
 import subprocess
-import sys
 import unittest
 
 import own_network
 from command_case import TIME_LIMIT_S
 from node_case import PlayedCase
 
-if not own_network.enter():
-    print("skipped: no network namespaces permitted here (unshare -rn)", file=sys.stderr)
-    raise unittest.SkipTest("no network namespaces")
+own_network.enter_or_skip()
 
 SCANS = PlayedCase.SCANS
 # Good poses that it takes until the first is used.

@@ -5,8 +5,6 @@ import json
 import pathlib
 import signal
 import subprocess
-import sys
-import unittest
 
 import own_network
 from command_case import DONE, TIME_LIMIT_S, command_path
@@ -14,9 +12,7 @@ from fault_case import Faults
 from node_case import NodeCase
 from running_node import RunningNode, sensing, write_config
 
-if not own_network.enter():
-    print("skipped: no network namespaces permitted here (unshare -rn)", file=sys.stderr)
-    raise unittest.SkipTest("no network namespaces")
+own_network.enter_or_skip()
 
 
 def sessions(*items):
