@@ -18,7 +18,7 @@ constexpr double kNearest_voxels = 0.01;
 constexpr int kShells = 5;
 constexpr int kMostLevels = 20;
 /// Nodes of one path from a root to a block, and those beside it.
-constexpr std::size_t kMostNodes = 7 * kMostLevels + 1;
+constexpr std::size_t kMostTreeNodes = 7 * kMostLevels + 1;
 
 /// Tangents of a box that lies between two depths, on one axis.
 struct Tangents {
@@ -117,7 +117,7 @@ bool ImageCarver::meets_grid(const Node& node) noexcept {
 bool ImageCarver::carve_node(int face, const Node& root, const Shell& shell, FreeSpace& free_space,
                              ScanWork& work, std::uint64_t to_write,
                              std::uint64_t most_steps) noexcept {
-  std::array<Node, kMostNodes> nodes;
+  std::array<Node, kMostTreeNodes> nodes;
   std::size_t count = 0;
   nodes[count++] = root;
   while (count > 0) {

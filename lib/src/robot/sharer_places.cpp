@@ -9,7 +9,7 @@ namespace tessera {
 
 namespace {
 
-Point3d turned(const Matrix34d& T, const Point3d& way) noexcept {
+Point3d direction_in_team(const Matrix34d& T, const Point3d& way) noexcept {
   return apply(T, way) - Point3d(T.col(3));
 }
 
@@ -82,7 +82,7 @@ Result<TeammatePlace> Sharer::teammate_at(std::size_t index, std::int64_t now_us
     if (shared_ == nullptr) return one;
     const Matrix34d* const T_team_world = shared_->frame_of(one->robot);
     one->T_map_body = product(*T_team_world, one->T_map_body);
-    one->velocity = turned(*T_team_world, one->velocity);
+    one->velocity = direction_in_team(*T_team_world, one->velocity);
     return one;
   }
 }
