@@ -37,6 +37,45 @@ Matrix34d transform_of(const Quaternion& q, const Point3d& translation) noexcept
   return T;
 }
 
+std::size_t largest_of(const Quaternion& q) noexcept {
+  std::size_t largest = 0;
+  for (std::size_t i = 1; i < q.size(); ++i) {
+    if (std::abs(q[i]) > std::abs(q[largest])) largest = i;
+  }
+  return largest;
+}
+
+ThreeParts without_part(const Quaternion& q, std::size_t part, std::int32_t steps) noexcept {
+  ThreeParts parts;
+  parts.largest = static_cast<std::uint8_t>(part);
+  const double scale = q[part] < 0.0 ? -steps : steps;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    if (i != part) parts.steps[next++] = nearest_step(scale * q[i]);
+  }
+  return parts;
+}
+
+bool with_largest(const ThreeParts& parts, std::int32_t steps, Quaternion& q) noexcept {
+  constexpr double kRootOfHalf = 0.70710678118654752;  // No part but the largest is over it.
+  const auto most = static_cast<std::int32_t>(kRootOfHalf * steps) + 1;
+  if (parts.largest >= q.size()) return false;
+  double rest = 1.0;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    if (i == parts.largest) continue;
+    const std::int32_t part = parts.steps[next++];
+    if (part < -most || part > most) return false;
+    q[i] = static_cast<double>(part) / steps;
+    rest -= q[i] * q[i];
+  }
+  // The largest of four parts is at least a half, but for what rounding takes.
+  if (!(rest >= 0.2499)) return false;
+  q[parts.largest] = std::sqrt(rest);
+  normalise(q);
+  return true;
+}
+
 namespace {
 
 /// sin(share a) / sin(a) from the cosine of a, 0 .. 1, without a sine: the series in (cosine - 1)

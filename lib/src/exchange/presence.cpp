@@ -11,10 +11,8 @@ namespace tessera {
 
 namespace {
 
-constexpr double kStepsPerMetre = 1024.0;
-constexpr double kRotationSteps = 16'384.0;
-/// No part of a rotation but the largest is over the square root of a half.
-constexpr int kMostRotation = 11'586;
+constexpr double kPositionSteps = 1024.0;  // To 1 m.
+constexpr std::int32_t kQuaternionSteps = 1 << 14;
 constexpr double kUnit_m = 0.01;
 constexpr int kMostUnits = 127;
 constexpr unsigned kWidestUnit = 3;  ///< 2^3 times kUnit_m.
@@ -42,45 +40,24 @@ bool fits(const BodyBox& box, unsigned width) noexcept {
 /// Which part is left out is in the highest bits of the first two.
 void write_rotation(ByteWriter& to, const Matrix34d& T) noexcept {
   const Quaternion q = rotation_of(T);
-  std::size_t largest = 0;
-  for (std::size_t i = 1; i < 4; ++i) {
-    if (std::abs(q[i]) > std::abs(q[largest])) largest = i;
-  }
-  const double sign = q[largest] < 0.0 ? -1.0 : 1.0;
-  unsigned bits = static_cast<unsigned>(largest);
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (i == largest) continue;
-    const auto part = static_cast<int>(std::floor(sign * q[i] * kRotationSteps + 0.5));
-    const auto low = static_cast<std::uint16_t>(static_cast<unsigned>(part) & kPart);
-    to.u16(static_cast<std::uint16_t>(low | ((bits & 1U) != 0 ? kFlag : 0U)));
-    bits >>= 1U;
+  const ThreeParts parts = without_part(q, largest_of(q), kQuaternionSteps);
+  for (unsigned i = 0; i < 3; ++i) {
+    const auto low = static_cast<std::uint16_t>(static_cast<unsigned>(parts.steps[i]) & kPart);
+    to.u16(static_cast<std::uint16_t>(low | ((parts.largest >> i & 1U) != 0 ? kFlag : 0U)));
   }
 }
 
 bool read_rotation(ByteReader& from, Quaternion& q) noexcept {
-  std::array<int, 3> parts{};
+  ThreeParts parts;
   unsigned largest = 0;
   for (unsigned i = 0; i < 3; ++i) {
     const unsigned word = from.u16();
     largest |= (word >> 15U) << i;
     const unsigned part = word & kPart;
-    parts[i] = static_cast<int>(part) - ((part & 0x4000U) != 0 ? 0x8000 : 0);
+    parts.steps[i] = static_cast<int>(part) - ((part & 0x4000U) != 0 ? 0x8000 : 0);
   }
-  if (largest > 3) return false;
-  double rest = 1.0;
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (i == largest) continue;
-    const int part = parts[next++];
-    if (part < -kMostRotation || part > kMostRotation) return false;
-    q[i] = static_cast<double>(part) / kRotationSteps;
-    rest -= q[i] * q[i];
-  }
-  // The largest of four parts is at least a half, but for what rounding takes.
-  if (!(rest >= 0.2499)) return false;
-  q[largest] = std::sqrt(rest);
-  normalise(q);
-  return true;
+  parts.largest = static_cast<std::uint8_t>(largest);
+  return with_largest(parts, kQuaternionSteps, q);
 }
 
 }  // namespace
@@ -118,8 +95,7 @@ bool write_presence(ByteWriter& to, const Presence& presence) noexcept {
   const auto stamp = static_cast<std::uint64_t>(presence.stamp_ms);
   to.u32(static_cast<std::uint32_t>(stamp & 0xffffffffU));
   to.u16(static_cast<std::uint16_t>(stamp >> 32U));
-  for (int row = 0; row < 3; ++row)
-    to.i32(static_cast<std::int32_t>(std::floor(T(row, 3) * kStepsPerMetre + 0.5)));
+  for (int row = 0; row < 3; ++row) to.i32(nearest_step(T(row, 3) * kPositionSteps));
   write_rotation(to, T);
   for (const bool up : {false, true}) {
     for (const float corner : up ? presence.box.high : presence.box.low)
@@ -136,7 +112,7 @@ bool read_presence(ByteReader& from, Presence& presence) noexcept {
   presence.stamp_ms = static_cast<std::int64_t>(low_stamp | std::uint64_t{from.u16()} << 32U);
   Point3d translation;
   for (Eigen::Index i = 0; i < 3; ++i)
-    translation[i] = static_cast<double>(from.i32()) / kStepsPerMetre;
+    translation[i] = static_cast<double>(from.i32()) / kPositionSteps;
   Quaternion q{};
   const bool is_rotation = read_rotation(from, q);
   for (std::array<float, 3>* const side : {&presence.box.low, &presence.box.high}) {

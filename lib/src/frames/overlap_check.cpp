@@ -11,7 +11,7 @@ namespace tessera {
 
 namespace {
 
-constexpr int kEdge = MapSketch::kPartsEdge;
+constexpr int kPartsEdge = MapSketch::kPartsEdge;
 
 /// Looks up parts of a sketch; those of one cell one after the other cost one look-up.
 class PartReader {
@@ -28,8 +28,9 @@ class PartReader {
       any_ = true;
       parts_ = sketch_.parts(cell);
     }
-    const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(
-                                  (part.x & 3) + kEdge * ((part.y & 3) + kEdge * (part.z & 3)));
+    const std::uint64_t bit =
+        std::uint64_t{1} << static_cast<unsigned>(
+            (part.x & 3) + kPartsEdge * ((part.y & 3) + kPartsEdge * (part.z & 3)));
     if ((parts_.occupied & bit) != 0) return State::kOccupied;
     return (parts_.free & bit) != 0 ? State::kFree : State::kUnknown;
   }
@@ -69,10 +70,11 @@ void count_surface(const MapSketch& from, const MapSketch::Surface& surface, con
   for (std::uint64_t rest = surface.occupied; rest != 0; rest &= rest - 1) {
     if (place++ % kOneIn != 0) continue;
     const int bit = std::countr_zero(rest);
-    const int y = bit / kEdge % kEdge;
-    const int z = bit / (kEdge * kEdge);
-    const Point3d center{(cell.x * kEdge + bit % kEdge + 0.5) * part_m,
-                         (cell.y * kEdge + y + 0.5) * part_m, (cell.z * kEdge + z + 0.5) * part_m};
+    const int y = bit / kPartsEdge % kPartsEdge;
+    const int z = bit / (kPartsEdge * kPartsEdge);
+    const Point3d center{(cell.x * kPartsEdge + bit % kPartsEdge + 0.5) * part_m,
+                         (cell.y * kPartsEdge + y + 0.5) * part_m,
+                         (cell.z * kPartsEdge + z + 0.5) * part_m};
     const Point3d p = apply(T, center);
     const double to_m = to.part_m();
     const PartReader::State state = state_about(

@@ -18,7 +18,7 @@ constexpr float kHalfSure = 4.0F;
 /// Evidence at which a node's own weight counts half: what was seen often does not drown the rest.
 constexpr float kLoud = 10.0F;
 /// What is left of an edge between nodes whose labels differ.
-constexpr float kOtherLabel = 0.1F;
+constexpr float kAcrossLabels = 0.1F;
 constexpr float kLeastSimilarity = 0.01F;
 // Sums come from packed blocks, and a node has one at least: its inverse is finite, and what it is
 // multiplied with, a sum of all lanes at most, leaves it finite.
@@ -63,7 +63,7 @@ void DiffusionBrick::describe_nodes() noexcept {
       return describe_by([](std::size_t lane, const Float4&, const Int4& label) {
         const auto own = static_cast<std::int32_t>(lane);
         const Int4 is_same = label == Int4{own, own, own, own};
-        return is_same ? all_lanes(1.0F) : all_lanes(kOtherLabel);
+        return is_same ? all_lanes(1.0F) : all_lanes(kAcrossLabels);
       });
     case EdgeTerm::kSimilarity:
       return describe_by([](std::size_t, const Float4& common, const Int4&) {

@@ -12,7 +12,7 @@ namespace tessera {
 
 namespace {
 
-constexpr std::array<std::uint8_t, 16> kOnes{0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
+constexpr std::array<std::uint8_t, 16> kOnesOfFour{0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
 
 /// A node whose edges are made, four at a time: what is written behind those that a row has is
 /// written anew by the next one.
@@ -75,7 +75,7 @@ void link_with(const LinkTask& task, std::uint32_t node, int x, LinkEnd& end) no
     std::memcpy(&word, row.nodes + byte, sizeof(word));
     const auto cells = static_cast<std::size_t>(word >> (shift + row.shift)) & row.mask;
     edges.add((*row.weights)[cells].data(), row.first + row.ranks[from], edge);
-    edge += kOnes[cells];
+    edge += kOnesOfFour[cells];
   }
   edges.fill_up(node, edge);
   float weights = 0.0F;

@@ -11,7 +11,7 @@ namespace tessera {
 
 namespace {
 
-constexpr int kEdge = RangeImage::kFacePixels;
+constexpr int kFaceEdge = RangeImage::kFacePixels;
 /// Added to every angle (radians): far above what rounding can move a cone's outline by, also where
 /// a root of nearly zero is taken, and far below a pixel.
 constexpr double kRounding_rad = 2e-6;
@@ -43,11 +43,11 @@ int face_of(const Point3d& d) noexcept {
 
 /// The row or column of a face's coordinate, which is in [-1, 1] but for rounding.
 int pixel_of(double w) noexcept {
-  return std::clamp(static_cast<int>((w + 1.0) * (0.5 * kEdge)), 0, kEdge - 1);
+  return std::clamp(static_cast<int>((w + 1.0) * (0.5 * kFaceEdge)), 0, kFaceEdge - 1);
 }
 
 std::size_t row_begin(int face, int row) noexcept {
-  return static_cast<std::size_t>((face * kEdge + row) * kEdge);
+  return static_cast<std::size_t>((face * kFaceEdge + row) * kFaceEdge);
 }
 
 struct Interval {
@@ -130,7 +130,7 @@ float nearest_on_face(std::span<const float> ranges_m, int face, const Ellipse& 
   Interval at_v = ellipse.columns_at(v);
   for (int row = pixel_of(rows.low); row <= last_row; ++row) {
     const double v_next =
-        row == last_row ? rows.high : static_cast<double>(row + 1) * (2.0 / kEdge) - 1.0;
+        row == last_row ? rows.high : static_cast<double>(row + 1) * (2.0 / kFaceEdge) - 1.0;
     const Interval at_next = ellipse.columns_at(v_next);
     const Interval columns = ellipse.hull(v, at_v, v_next, at_next);
     v = v_next;

@@ -117,20 +117,21 @@ bool valid(const Sweep& sweep, const DeskewConfig& config, std::span<float> out)
          out.size() / points.stride_floats >= points.count;
 }
 
-enum class Fate : std::uint8_t { kMoved, kNonFinite, kBadTime, kWithoutPose, kOnBody };
+enum class PointResult : std::uint8_t { kMoved, kNonFinite, kBadTime, kWithoutPose, kOnBody };
 
-Fate move_point(const Sweep& sweep, const BodyView& body, const DeskewConfig& config,
-                const Knots& knots, std::size_t i, Point3d& p_stamp) noexcept {
+PointResult move_point(const Sweep& sweep, const BodyView& body, const DeskewConfig& config,
+                       const Knots& knots, std::size_t i, Point3d& p_stamp) noexcept {
   const float* const p = sweep.points.points + i * sweep.points.stride_floats;
   p_stamp = {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
   const double square_m2 = squared_norm(p_stamp);
-  if (!(square_m2 < 1e300)) return Fate::kNonFinite;
+  if (!(square_m2 < 1e300)) return PointResult::kNonFinite;
   const bool is_direction = sweep.no_return != nullptr && sweep.no_return[i] != 0;
-  if (!is_direction && body.holds(p_stamp, square_m2)) return Fate::kOnBody;
+  if (!is_direction && body.holds(p_stamp, square_m2)) return PointResult::kOnBody;
   const double time_us = static_cast<double>(sweep.times_s[i]) * kMicroseconds;
-  if (!in_sweep(time_us, config)) return Fate::kBadTime;
+  if (!in_sweep(time_us, config)) return PointResult::kBadTime;
   const Point3d p_sensor = p_stamp;
-  return knots.place(p_sensor, time_us, is_direction, p_stamp) ? Fate::kMoved : Fate::kWithoutPose;
+  return knots.place(p_sensor, time_us, is_direction, p_stamp) ? PointResult::kMoved
+                                                               : PointResult::kWithoutPose;
 }
 
 }  // namespace
@@ -152,13 +153,14 @@ DeskewReport deskew(const PoseTrack& track, const Sweep& sweep, const DeskewConf
   const BodyView body(sweep.body, sweep.T_body_sensor);
   for (std::size_t i = 0; i < sweep.points.count; ++i) {
     Point3d p_stamp;
-    const Fate fate = move_point(sweep, body, config, knots, i, p_stamp);
-    report.moved += fate == Fate::kMoved ? 1U : 0U;
-    report.non_finite += fate == Fate::kNonFinite ? 1U : 0U;
-    report.bad_time += fate == Fate::kBadTime ? 1U : 0U;
-    report.without_pose += fate == Fate::kWithoutPose ? 1U : 0U;
-    report.on_body += fate == Fate::kOnBody ? 1U : 0U;
-    const bool refused = config.refuse_unplaced && fate != Fate::kMoved && fate != Fate::kOnBody;
+    const PointResult result = move_point(sweep, body, config, knots, i, p_stamp);
+    report.moved += result == PointResult::kMoved ? 1U : 0U;
+    report.non_finite += result == PointResult::kNonFinite ? 1U : 0U;
+    report.bad_time += result == PointResult::kBadTime ? 1U : 0U;
+    report.without_pose += result == PointResult::kWithoutPose ? 1U : 0U;
+    report.on_body += result == PointResult::kOnBody ? 1U : 0U;
+    const bool refused =
+        config.refuse_unplaced && result != PointResult::kMoved && result != PointResult::kOnBody;
     for (int axis = 0; axis < 3; ++axis) {
       out[i * sweep.points.stride_floats + static_cast<std::size_t>(axis)] =
           refused ? std::numeric_limits<float>::quiet_NaN() : round_to_float(p_stamp[axis]);

@@ -17,13 +17,13 @@ constexpr unsigned kCountBits = 24;
 constexpr std::int32_t kMostCount = (1 << kCountBits) - 1;
 
 /// Four voxels of an octet, or all eight.
-struct Four {
+struct LanesOfFour {
   static constexpr int kCount = 4;
   using Words = Word __attribute__((vector_size(16)));
   using Ints = std::int32_t __attribute__((vector_size(16)));
   using Floats = float __attribute__((vector_size(16)));
 };
-struct Eight {
+struct LanesOfEight {
   static constexpr int kCount = 8;
   using Words = Word __attribute__((vector_size(32)));
   using Ints = std::int32_t __attribute__((vector_size(32)));
@@ -215,9 +215,9 @@ template <class Lanes>
     static constexpr OctetLoops kTable{add_to_slots, add_to_rests, share_out, any_of, sum_up};     \
   };
 
-TESSERA_OCTET_WIDTH(OctetsOnAny, , Four)
+TESSERA_OCTET_WIDTH(OctetsOnAny, , LanesOfFour)
 #if defined(__x86_64__)
-TESSERA_OCTET_WIDTH(OctetsWithAvx2, [[gnu::target("avx2")]], Eight)
+TESSERA_OCTET_WIDTH(OctetsWithAvx2, [[gnu::target("avx2")]], LanesOfEight)
 #endif
 #undef TESSERA_OCTET_WIDTH
 // NOLINTEND(bugprone-macro-parentheses)

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include "tessera/base/geometry.hpp"
 
@@ -25,5 +26,25 @@ inline void normalise(Quaternion& q) noexcept {
 [[nodiscard]] Quaternion rotation_of(const Matrix34d& T) noexcept;
 /// The rotation of a quaternion of length 1, and this translation.
 [[nodiscard]] Matrix34d transform_of(const Quaternion& q, const Point3d& translation) noexcept;
+
+/// To the nearest whole number, halves away from 0.
+[[nodiscard]] inline std::int32_t nearest_step(double value) noexcept {
+  return static_cast<std::int32_t>(value < 0.0 ? value - 0.5 : value + 0.5);
+}
+
+/// A quaternion of length 1 without its largest part, which is positive; the others in steps, in
+/// the order w x y z.
+struct ThreeParts {
+  std::array<std::int32_t, 3> steps{};
+  std::uint8_t largest = 0;  ///< Which part is left out.
+};
+/// The index of the first of the largest parts.
+[[nodiscard]] std::size_t largest_of(const Quaternion& q) noexcept;
+/// Without this part, which is not 0; to the nearest of so many steps to 1.
+[[nodiscard]] ThreeParts without_part(const Quaternion& q, std::size_t part,
+                                      std::int32_t steps) noexcept;
+/// Of length 1. False iff without_part of the largest gives no such parts.
+[[nodiscard]] bool with_largest(const ThreeParts& parts, std::int32_t steps,
+                                Quaternion& q) noexcept;
 
 }  // namespace tessera
