@@ -2,8 +2,7 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """plain_words.py ROOT: the words of the field, in pages, the library, the platform and the examples. Each expression below was written
-for something that the field has a word for, which stands beside it. Where one is right in another sense, its line is excused with the
-reason."""
+for something that the field has a word for, which stands beside it."""
 import pathlib
 import re
 import sys
@@ -49,9 +48,6 @@ WORDS_OF_PROGRAMS = {
     r"\bthere is no (option|subcommand|table)\b": "unknown option, ...",
     r"(?<!there )\bis no (map|scan|file|number|key|folder|PNG|PLY|PCD|image|archive|keyword|picture|recording)\b": "is not a",
 }
-# (file, a part of the line): why it is right there.
-EXCUSED = {
-}
 PROGRAMS = ("platform/", "examples/", "lcmtypes/")
 WHERE = ("README.md", "docs/", "lib/include/", "lib/src/", *PROGRAMS)
 SUFFIXES = (*tracked.CODE, ".md", ".py", ".pyi", ".js", ".html", ".sh", ".in", ".txt", ".lcm")
@@ -72,8 +68,6 @@ def faults(root):
         text = tracked.text(root, path)
         words = {pattern: instead for pattern, instead in words.items() if re.search(pattern, text, re.I)}
         for number, line in enumerate(text.splitlines(), 1):
-            if any(name == where and part in line for where, part in EXCUSED):
-                continue
             yield from (f"{name}:{number}: {fault}" for fault in line_faults(line, words))
 
 
