@@ -8,7 +8,7 @@ namespace tessera {
 
 namespace {
 
-constexpr std::uint32_t kBuckets = VersionBuckets::kCount;
+constexpr std::uint32_t kInPart = VersionBuckets::kCount;
 
 /// Two lists as one. Returns the head.
 std::uint32_t joined(std::span<RecordLink> links, std::uint32_t first,
@@ -29,7 +29,7 @@ VersionBuckets* VersionIndex::taken_part_of(std::uint32_t bucket) noexcept {
   if (VersionBuckets* const part = part_of(bucket); part != nullptr) return part;
   const std::uint16_t number = pool_ == nullptr ? std::uint16_t{0} : pool_->take();
   if (number == 0) return nullptr;
-  more_[bucket / kBuckets - 1] = number;
+  more_[bucket / kInPart - 1] = number;
   return &(pool_->at(number) = {});
 }
 
@@ -54,7 +54,7 @@ void VersionIndex::add(std::span<RecordLink> links, std::uint32_t record, std::u
   VersionBuckets* part = taken_part_of(bucket_of(version));
   // Ends with the buckets of the index itself.
   for (; part == nullptr; part = taken_part_of(bucket_of(version))) widen(links);
-  const std::uint32_t bucket = bucket_of(version) % kBuckets;
+  const std::uint32_t bucket = bucket_of(version) % kInPart;
   links[record - 1] = {part->heads[bucket], 0};
   if (part->heads[bucket] != 0) links[part->heads[bucket] - 1].previous = record;
   part->heads[bucket] = record;
@@ -65,7 +65,7 @@ void VersionIndex::remove(std::span<RecordLink> links, std::uint32_t record, std
                           std::uint64_t sum) noexcept {
   VersionBuckets* const part = part_of(bucket_of(version));
   TESSERA_ASSERT(part != nullptr);
-  const std::uint32_t bucket = bucket_of(version) % kBuckets;
+  const std::uint32_t bucket = bucket_of(version) % kInPart;
   const RecordLink link = links[record - 1];
   if (link.previous != 0) {
     links[link.previous - 1].next = link.next;
@@ -84,18 +84,18 @@ void VersionIndex::widen(std::span<RecordLink> links) noexcept {
     VersionBuckets both;
     bool is_any = false;
     for (std::uint32_t from = 2 * into; from <= 2 * into + 1; ++from) {
-      const VersionBuckets* const part = part_of(from * kBuckets);
+      const VersionBuckets* const part = part_of(from * kInPart);
       if (part == nullptr) continue;
       is_any = true;
-      for (std::uint32_t i = 0; i < kBuckets; i += 2) {
-        const std::uint32_t at = (from % 2 * kBuckets + i) / 2;
+      for (std::uint32_t i = 0; i < kInPart; i += 2) {
+        const std::uint32_t at = (from % 2 * kInPart + i) / 2;
         both.heads[at] = joined(links, part->heads[i], part->heads[i + 1]);
         both.sums[at] = part->sums[i] + part->sums[i + 1];
       }
     }
     give_back(2 * into);
     give_back(2 * into + 1);
-    if (is_any) *taken_part_of(into * kBuckets) = both;
+    if (is_any) *taken_part_of(into * kInPart) = both;
   }
   ++width_;
 }
@@ -109,9 +109,9 @@ std::uint64_t VersionIndex::sum(const VersionSpan& span) const noexcept {
       std::min<std::uint64_t>(more < 32 ? first + (std::uint64_t{1} << more) : kBuckets, kBuckets);
   std::uint64_t sum = 0;
   for (std::uint64_t bucket = first; bucket < last;) {
-    const std::uint64_t end = std::min(last, (bucket / kBuckets + 1) * kBuckets);
+    const std::uint64_t end = std::min(last, (bucket / kInPart + 1) * kInPart);
     const VersionBuckets* const part = part_of(static_cast<std::uint32_t>(bucket));
-    for (; part != nullptr && bucket < end; ++bucket) sum += part->sums[bucket % kBuckets];
+    for (; part != nullptr && bucket < end; ++bucket) sum += part->sums[bucket % kInPart];
     bucket = end;
   }
   return sum;
