@@ -51,6 +51,7 @@ Status ReplicaSketchSource::begin(const Replicas& replicas, Replicas::Slot slot)
     note_part(part);
     number = part.next;
   }
+  note_parts_gone();
   scratch_->end = scratch_->noted;
   has_begun_ = true;
   return Status::kOk;
@@ -67,6 +68,27 @@ void ReplicaSketchSource::note_part(const Replicas::Replica& part) noexcept {
   if (is_first && !is_as_taken(part)) marks |= Note::kChanged;
   note.marks = static_cast<std::uint8_t>(marks);
   if (!note.has(Note::kTaken)) note.key = part.key;
+}
+
+/// A block that went and came back may have its first part where it was, and others not yet. Its
+/// first part is noted as of no version until it is taken again.
+void ReplicaSketchSource::note_parts_gone() const noexcept {
+  for (std::size_t at = 0; at < scratch_->noted; ++at) {
+    Note& note = notes_[at];
+    if (!note.has(Note::kTaken) || note.has(Note::kFirst)) continue;
+    const bool is_there = note.has(Note::kThere);
+    const std::uint64_t key =
+        is_there ? replicas_->record(static_cast<std::uint32_t>(at) + 1).key : 0;
+    if (is_there && key == note.key) continue;
+    if (const Replicas::Replica* const first = replicas_->find(slot_, BlockKey{note.key});
+        first != nullptr) {
+      Note& of_first = notes_[replicas_->number_of(*first) - 1];
+      of_first.version = 0;
+      of_first.marks = static_cast<std::uint8_t>(of_first.marks | Note::kChanged);
+    }
+    note = {.key = key,
+            .marks = static_cast<std::uint8_t>(note.marks & (Note::kThere | Note::kChanged))};
+  }
 }
 
 bool ReplicaSketchSource::is_as_taken(const Replicas::Replica& first) const noexcept {
@@ -202,7 +224,7 @@ std::size_t ReplicaSketchSource::note_taken(const Replicas::Replica& first) cons
     // is lost, or, if it waits, stays, as it may have come back elsewhere.
     const bool is_other = note.key != part->key;
     const bool waits = is_other && note.has(Note::kChanged) && !note.has(Note::kTaken);
-    if (waits || (is_other && note.has(Note::kFirst))) scratch.is_whole = false;
+    if (waits || (is_other && note.has(Note::kTaken))) scratch.is_whole = false;
     if (waits) continue;
     const unsigned kept = is_other ? 0U : note.marks & (Note::kThere | Note::kChanged);
     const unsigned marks = kept | part->live | Note::kTaken | (part == &first ? Note::kFirst : 0U);

@@ -27,6 +27,12 @@ struct KeptRig {
     config.resolution_m = 0.2;
     return config;
   }
+  /// A part with these layers.
+  void put_part(BlockKey key, std::uint32_t version, std::uint8_t layers,
+                const BlockVoxels& voxels) {
+    const PartVersion part{.number = version, .first = version, .layers = layers};
+    REQUIRE(own.replicas.put(slot, key, part, packer.pack(voxels, layers)).ok());
+  }
   /// Of one voxel in each of the first so many cells of a block.
   std::vector<std::byte> cells(int count) {
     packer.content().clear();
@@ -86,8 +92,7 @@ TEST_CASE("a sketch that goes on is that from nothing, whatever has come, change
       const auto layers = static_cast<std::uint8_t>(
           is_part ? 1U + static_cast<unsigned>(random.below(15)) : kAllLayers);
       const BlockVoxels voxels = random_voxels(random, num_components, TuplePolicy::kDense);
-      const PartVersion part{.number = version, .first = version, .layers = layers};
-      REQUIRE(rig.own.replicas.put(rig.slot, key, part, rig.packer.pack(voxels, layers)).ok());
+      rig.put_part(key, version, layers, voxels);
       if (random.below(6) == 0) rig.drop(key);
       const BlockKey of_other = *pack({random.below(3), 0, 0});
       if (random.below(2) == 0)
@@ -101,6 +106,63 @@ TEST_CASE("a sketch that goes on is that from nothing, whatever has come, change
     CHECK(rig.update() <= changed.size());
   }
   CHECK(rig.kept.sketch.surface_count() > 100);
+  CHECK(rig.update() == 0);
+}
+
+TEST_CASE("a block that comes back without one of its parts is read again") {
+  oracle::Random random(12);
+  KeptRig rig({.segments = 1'024, .blocks = 256, .contributions = 4, .robot_segments = 1'024});
+  const BlockVoxels voxels =
+      random_voxels(random, rig.classes.num_components(), TuplePolicy::kDense);
+  const BlockKey key = *pack({1, 2, 0});
+  rig.put_part(key, 1, 1, voxels);
+  rig.put_part(key, 2, 2, voxels);
+  CHECK(rig.update() == 1);
+  const auto number = [&](Replicas::Slot slot, BlockKey block) {
+    return rig.own.replicas.number_of(*rig.own.replicas.find(slot, block));
+  };
+  const std::uint32_t first = number(rig.slot, key);
+  const std::uint32_t second = rig.own.replicas.record(first).next_part;
+  rig.drop(key);
+  // Another robot's block takes the record of the part that does not come back.
+  const Replicas::Slot other = *rig.own.replicas.open({4, 1, 0});
+  REQUIRE(rig.own.replicas.put(other, *pack({0, 0, 0}), 1, rig.cells(1)).ok());
+  REQUIRE(number(other, *pack({0, 0, 0})) == second);
+  rig.put_part(key, 1, 1, voxels);
+  REQUIRE(number(rig.slot, key) == first);
+  // Begun twice before it is taken.
+  REQUIRE(rig.kept_source.source.begin(rig.own.replicas, rig.slot) == Status::kOk);
+  CHECK(rig.update() == 1);
+  rig.put_part(key, 2, 2, voxels);
+  CHECK(rig.update() == 1);
+  CHECK(rig.update() == 0);
+}
+
+TEST_CASE("a block that comes back without a part while the sketch is taken is read again") {
+  oracle::Random random(13);
+  KeptRig rig({.segments = 1'024, .blocks = 256, .contributions = 4, .robot_segments = 1'024});
+  const BlockVoxels voxels =
+      random_voxels(random, rig.classes.num_components(), TuplePolicy::kDense);
+  const BlockKey back = *pack({1, 2, 0});
+  const BlockKey grown = *pack({5, 2, 0});
+  rig.put_part(back, 1, 1, voxels);
+  rig.put_part(back, 2, 2, voxels);
+  rig.put_part(grown, 3, 1, voxels);
+  CHECK(rig.update() == 2);
+  const std::uint32_t first = rig.own.replicas.number_of(*rig.own.replicas.find(rig.slot, back));
+  const std::uint32_t second = rig.own.replicas.record(first).next_part;
+  rig.put_part(grown, 4, 1, voxels);
+  REQUIRE(rig.kept_source.source.begin(rig.own.replicas, rig.slot) == Status::kOk);
+  rig.kept.go_on(rig.kept_source.source.source(), [&](int piece) {
+    if (piece != 1) return;
+    rig.drop(back);
+    rig.put_part(grown, 5, 2, voxels);
+    const Replicas::Replica* const block = rig.own.replicas.find(rig.slot, grown);
+    REQUIRE(block->next_part == second);
+    rig.put_part(back, 1, 1, voxels);
+    REQUIRE(rig.own.replicas.number_of(*rig.own.replicas.find(rig.slot, back)) == first);
+  });
+  rig.update();
   CHECK(rig.update() == 0);
 }
 

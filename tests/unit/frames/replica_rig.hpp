@@ -63,12 +63,18 @@ struct TakenSketch {
   int take(const SketchSource& source) {
     return take(source, [](int) {});
   }
-  /// Goes on with what it has of the source.
-  void go_on(const SketchSource& source) {
+  /// Goes on with what it has of the source; between(piece) as above.
+  template <class Between>
+  void go_on(const SketchSource& source, Between&& between) {
     SketchSource::Cursor cursor;
-    for (int pieces = 1; !source.take(source.context, cursor, sketch); ++pieces)
+    for (int pieces = 1; !source.take(source.context, cursor, sketch); ++pieces) {
       REQUIRE(pieces < 10'000);
+      between(pieces);
+    }
     sketch.finish(scratch);
+  }
+  void go_on(const SketchSource& source) {
+    go_on(source, [](int) {});
   }
 };
 

@@ -53,7 +53,7 @@ class ReplicaSketchSource {
   /// Fails with kInvalidArgument iff the slot has no contribution, one that is leaving, or one
   /// without blocks (has_blocks); kResourceExhausted iff replicas have room for more parts of
   /// blocks than those that the source was made for. It has lost nothing and has no block then.
-  /// O(parts of blocks), a look-up each.
+  /// O(parts of blocks), at most two look-ups each.
   [[nodiscard]] Status begin(const Replicas& replicas, Replicas::Slot slot) noexcept;
 
   /// For FrameFinder::begin. A piece is for each of its blocks a look-up, all that its parts have
@@ -135,6 +135,7 @@ class ReplicaSketchSource {
   [[nodiscard]] bool is_there() const noexcept;
   [[nodiscard]] bool is_as_taken(const Replicas::Replica& first) const noexcept;
   void note_part(const Replicas::Replica& part) noexcept;
+  void note_parts_gone() const noexcept;
   /// Whether the sketch is the one that the notes are of.
   [[nodiscard]] bool goes_on(const MapSketch& sketch) const noexcept;
   void begin_sketch(MapSketch& sketch) const noexcept;
