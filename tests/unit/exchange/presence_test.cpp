@@ -90,6 +90,18 @@ TEST_CASE("presence: what is written is read, places to a millimetre and boxes o
   }
 }
 
+TEST_CASE("presence: positions are rounded to the nearest step, halves away from 0") {
+  Presence said = with_box(kBox);
+  said.T_global_body.col(3) = Point3d(-0.5, 0.5, -1.49) / 1024.0;
+  Bytes bytes{};
+  ByteWriter to(bytes);
+  REQUIRE(write_presence(to, said));
+  ByteReader from(bytes);
+  Presence heard;
+  REQUIRE(read_presence(from, heard));
+  CHECK(heard.T_global_body.col(3) == Point3d(-1.0, 1.0, -1.0) / 1024.0);
+}
+
 TEST_CASE("presence: of fewer bytes none is read, and any 32 give a place or nothing") {
   Bytes bytes{};
   ByteWriter to(bytes);

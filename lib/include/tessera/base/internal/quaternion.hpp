@@ -27,7 +27,7 @@ inline void normalise(Quaternion& q) noexcept {
 /// The rotation of a quaternion of length 1, and this translation.
 [[nodiscard]] Matrix34d transform_of(const Quaternion& q, const Point3d& translation) noexcept;
 
-/// To the nearest whole number, halves away from 0.
+/// To the nearest whole number, halves away from 0. value: within what an int32 holds.
 [[nodiscard]] inline std::int32_t nearest_step(double value) noexcept {
   return static_cast<std::int32_t>(value < 0.0 ? value - 0.5 : value + 0.5);
 }
@@ -43,7 +43,8 @@ struct ThreeParts {
 /// Without this part, which is not 0; to the nearest of so many steps to 1.
 [[nodiscard]] ThreeParts without_part(const Quaternion& q, std::size_t part,
                                       std::int32_t steps) noexcept;
-/// Of length 1. False iff without_part of the largest gives no such parts.
+/// Of length 1. False iff there is no such part, one of the three is over the square root of a
+/// half, or the fourth is under a half, each but for rounding. steps: at least 2^14.
 [[nodiscard]] bool with_largest(const ThreeParts& parts, std::int32_t steps,
                                 Quaternion& q) noexcept;
 
