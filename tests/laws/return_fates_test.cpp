@@ -84,6 +84,7 @@ TEST_CASE("returns: the largest float among far returns changes nothing of what 
   config.thinning_m = thinning_m;
   const ScanCapacity capacity{.points = 20000, .tiles = 8192, .ray_blocks = ray_blocks};
   const Cloud real = far_returns(4, 60);
+  CAPTURE(thinning_m, ray_blocks);
   Mapper reference(uncapped_map(0.1), config, 5, capacity);
   const ScanReport expected = reference.integrate(real, turned_pose());
   REQUIRE(expected.rays > 20);
@@ -92,7 +93,7 @@ TEST_CASE("returns: the largest float among far returns changes nothing of what 
                                                                   {-kLargest, kLargest, 1},
                                                                   {1e30, 0, 0}}) {
     for (const bool is_first : {false, true}) {
-      CAPTURE(thinning_m, ray_blocks, x, y, z, is_first);
+      CAPTURE(x, y, z, is_first);
       Mapper mapper(uncapped_map(0.1), config, 5, capacity);
       Cloud cloud;
       if (is_first) cloud.add(x, y, z, 1);
