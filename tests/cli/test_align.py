@@ -4,6 +4,7 @@
 import json
 import math
 import pathlib
+import shutil
 import subprocess
 import unittest
 
@@ -28,6 +29,10 @@ def inverse(T):
     return [R[i] + [t[i]] for i in range(3)] + [[0.0, 0.0, 0.0, 1.0]]
 
 
+def shifted(x_m, y_m):
+    return [[1.0, 0.0, 0.0, x_m], [0.0, 1.0, 0.0, y_m], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+
+
 def off(T, truth, p_b):
     """Metres at a point of b, and degrees."""
     def there(M):
@@ -42,7 +47,7 @@ class Align(CommandCase):
     def setUpClass(cls):
         super().setUpClass()
         shared = pathlib.Path(cls.class_folder())
-        street = shared / "street"
+        street = cls.street = shared / "street"
         cls.simulate(street, "--robots", 2, "--scans", SCANS, "--seed", SEED)
         cls.labelled, cls.unlabelled = ([cls.make_map(shared, street, robot, labels) for robot in (0, 1)] for labels in ("predictions", "none"))
         cls.frames = [read_matrix(street / f"robot_{robot}" / "T_global_map.txt") for robot in (0, 1)]
@@ -144,6 +149,23 @@ class Align(CommandCase):
         self.assertTrue(report["config"]["align"])
         _, given = self.fuse()
         self.assertAlmostEqual(given["overlap_voxels"], report["overlap_voxels"], delta=0.1 * given["overlap_voxels"])
+
+    def test_fuse_searches_about_given_frames_however_far_from_each_other_maps_begin(self):
+        """The origin of the second map's frame is 90 m from where that robot began: beyond the reach of a search about nothing."""
+        FAR_M = 90.0
+        moved = shutil.copytree(self.street / "robot_1", self.folder / "far" / "robot_1")
+        rows = [[float(word) for word in line.split()] for line in (moved / "poses.txt").read_text().splitlines()]
+        (moved / "poses.txt").write_text("\n".join(" ".join(repr(number + (FAR_M if i == 3 else 0.0)) for i, number in enumerate(row)) for row in rows))
+        self.maps = [self.labelled[0], self.make_map(self.folder, self.folder / "far", 1, "predictions")]
+        frame = product(self.frames[1], shifted(-FAR_M, 0.0))
+        # What is given is 5 m off, where a search near it is enough, or 28 m.
+        for wrong in shifted(4.0, -3.0), shifted(25.0, -12.0):
+            _, report = self.fuse("--align", *self.transform_of(0, self.frames[0]), *self.transform_of(1, product(wrong, frame)))
+            found = [report["contributions"][1]["T_global_map"][4 * i:4 * i + 4] for i in range(3)] + [[0.0, 0.0, 0.0, 1.0]]
+            self.assertLess(off(found, frame, (FAR_M, 0.0, 0.0))[0], 0.3)
+        result = self.run_command("fuse", *self.maps, "--align", "--out", "global.tsm", *self.transform_of(0, shifted(0.0, 0.0)),
+                                  *self.transform_of(1, shifted(0.0, 0.0)))
+        self.assertEqual(FAILURE, result.returncode, result.stderr)
 
     def test_fuse_tells_a_turn_from_a_shift(self):
         result, _ = self.fuse()
