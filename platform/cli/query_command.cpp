@@ -24,6 +24,7 @@ struct QueryOptions {
   std::string map;
   std::string points;
   std::string out;
+  bool probabilities = false;
   std::string report;
 };
 
@@ -34,6 +35,8 @@ constexpr Setting kQueryRows[] = {
                                     {.value = "FILE.csv", .required = "a file"}),
     path_row<&QueryOptions::out>({"--out"}, "CSV to write",
                                  {.value = "FILE", .required = "a file"}),
+    row<&QueryOptions::probabilities>(
+        {"--probabilities"}, "Write the probability of each component too", {.flag = true}),
     path_row<&QueryOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
 };
 constexpr SettingTable<QueryOptions> kQuerySettings{kQueryRows};
@@ -65,13 +68,14 @@ void put_number(AtomicFile& file, double value) {
   put(file, nine_digits(value));
 }
 
-void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text,
-             const Point3d& p_map) {
+void put_row(AtomicFile& file, const LocalMap& map, bool with_probabilities,
+             std::string_view point_text, const Point3d& p_map) {
   const Result<VoxelCoord> voxel = map.lattice().voxel_of(p_map);
   VoxelEvidence evidence;
   evidence.num_components = map.num_components();
   if (voxel.ok()) evidence = map.evidence(*voxel);
-  const Estimate e = estimate(evidence, map.reading());
+  const CountSummary summary = summary_of(evidence);
+  const Estimate e = summary.estimate(map.reading());
   put(file, point_text);
   put(file, ",");
   put(file, to_string(e.state));
@@ -82,6 +86,13 @@ void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text,
   put_number(file, e.evidence);
   for (std::size_t l = 0; l < static_cast<std::size_t>(evidence.num_components); ++l) {
     put_number(file, static_cast<double>(evidence.sigma[l]));
+  }
+  if (with_probabilities) {
+    std::array<double, kMaxComponents> all;
+    const std::span probabilities =
+        std::span(all).first(static_cast<std::size_t>(evidence.num_components));
+    summary.distribution(map.reading(), probabilities);
+    for (const double probability : probabilities) put_number(file, probability);
   }
   put(file, "\n");
 }
@@ -102,22 +113,24 @@ Outcome<std::string> read_points(const std::string& path) {
   return content;
 }
 
-void put_header(AtomicFile& out, const LocalMap& map) {
+void put_header(AtomicFile& out, const LocalMap& map, bool with_probabilities) {
   std::string header = "x,y,z,state,label,probability,variance,evidence";
   for (int l = 0; l < map.num_components(); ++l) header += fmt::format(",sigma_{}", l);
+  for (int l = 0; with_probabilities && l < map.num_components(); ++l)
+    header += fmt::format(",probability_{}", l);
   put(out, header + "\n");
 }
 
 /// points: the lines from number 2. Returns the number of rows written.
-Outcome<std::uint64_t> put_rows(AtomicFile& out, const LocalMap& map, std::string_view points,
-                                const std::string& path) {
+Outcome<std::uint64_t> put_rows(AtomicFile& out, const LocalMap& map, const QueryOptions& options,
+                                std::string_view points) {
   std::uint64_t rows = 0;
-  for (TextPlace place{path, 2}; !points.empty(); ++place.line) {
+  for (TextPlace place{options.points, 2}; !points.empty(); ++place.line) {
     const std::string_view text = trimmed(take_line(points));
     if (text.empty()) continue;
     const std::optional<Point3d> p_map = parse_point(text);
     if (!p_map) return text_failure(place, "not three numbers x,y,z", "fix or remove it");
-    put_row(out, map, text, *p_map);
+    put_row(out, map, options.probabilities, text, *p_map);
     ++rows;
   }
   return rows;
@@ -130,8 +143,8 @@ Outcome<void> run_query(const QueryOptions& options) {
   const LocalMap& map = stored->map;
   TESSERA_TRY_ASSIGN(const std::string points, read_points(options.points));
   TESSERA_TRY_ASSIGN(AtomicFile out, AtomicFile::open(options.out));
-  put_header(out, map);
-  TESSERA_TRY_ASSIGN(const std::uint64_t rows, put_rows(out, map, points, options.points));
+  put_header(out, map, options.probabilities);
+  TESSERA_TRY_ASSIGN(const std::uint64_t rows, put_rows(out, map, options, points));
   TESSERA_TRY(out.commit());
   std::printf("%s into %s\n", counted(rows, "point").c_str(), options.out.c_str());
   return write_report({{"points", rows},
@@ -139,6 +152,7 @@ Outcome<void> run_query(const QueryOptions& options) {
                         {{"map", options.map},
                          {"points", options.points},
                          {"out", options.out},
+                         {"probabilities", options.probabilities},
                          {"report", options.report}}}},
                       options.report);
 }

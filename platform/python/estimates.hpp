@@ -14,6 +14,14 @@
 
 namespace tessera::python {
 
+/// What an answer has beside the estimates, of each component.
+struct WithComponents {
+  bool sigma = false;
+  bool probabilities = false;
+
+  [[nodiscard]] bool any() const noexcept { return sigma || probabilities; }
+};
+
 /// A row for each requested place.
 struct Estimates {
   py::array_t<std::uint8_t> state;
@@ -22,7 +30,8 @@ struct Estimates {
   py::array_t<double> variance;
   py::array_t<double> evidence;
   py::array_t<double> occupancy;
-  py::object sigma = py::none();  ///< (N, L) float32, or none.
+  py::object sigma = py::none();          ///< (N, L) float32, or none.
+  py::object probabilities = py::none();  ///< (N, L) float64, or none.
 
   [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(state.size()); }
 };
@@ -36,8 +45,8 @@ struct Voxels : Estimates {
 /// New arrays of Estimates, and pointers for writing into them without the GIL.
 class EstimateWriter {
  public:
-  /// components: of sigma; 0: without it.
-  EstimateWriter(std::size_t count, std::size_t components);
+  /// components: L, of what is of each component.
+  explicit EstimateWriter(std::size_t count, std::size_t components = 0, WithComponents with = {});
   void write(std::size_t i, const Estimate& estimate) noexcept {
     state_[i] = static_cast<std::uint8_t>(estimate.state);
     label_[i] = static_cast<std::uint8_t>(estimate.label);
@@ -46,10 +55,14 @@ class EstimateWriter {
     evidence_[i] = estimate.evidence;
     occupancy_[i] = estimate.occupancy;
   }
-  void write_sigma(std::size_t i, const VoxelEvidence& evidence) noexcept {
-    std::copy_n(evidence.sigma.begin(), components_, sigma_ + i * components_);
+  /// What is of each component.
+  void write(std::size_t i, const VoxelEvidence& evidence, const Reading& reading) noexcept {
+    if (sigma_ != nullptr)
+      std::copy_n(evidence.sigma.begin(), components_, sigma_ + i * components_);
+    if (probabilities_ != nullptr)
+      summary_of(evidence).distribution(reading,
+                                        std::span(probabilities_ + i * components_, components_));
   }
-  [[nodiscard]] bool has_sigma() const noexcept { return components_ != 0; }
   [[nodiscard]] Estimates& arrays() noexcept { return arrays_; }
 
  private:
@@ -62,6 +75,7 @@ class EstimateWriter {
   double* evidence_;
   double* occupancy_;
   float* sigma_ = nullptr;
+  double* probabilities_ = nullptr;
 };
 
 /// The voxel that contains p_map; one outside of the grid if p_map is outside or not finite.
@@ -70,11 +84,11 @@ class EstimateWriter {
   return voxel.ok() ? *voxel : VoxelCoord{kVoxelLimit, 0, 0};
 }
 
-[[nodiscard]] Estimates query(const HeldMap& map, const py::array& points, bool sigma);
+[[nodiscard]] Estimates query(const HeldMap& map, const py::array& points, WithComponents with);
 /// low, high: corners, both included; none: the whole map.
 [[nodiscard]] Voxels voxels(const HeldMap& map, const std::optional<std::array<double, 3>>& low,
                             const std::optional<std::array<double, 3>>& high, bool occupied_only,
-                            bool sigma);
+                            WithComponents with);
 
 void add_estimates(py::module_& module);
 void add_ray_queries(py::module_& module, py::class_<HeldMap, std::shared_ptr<HeldMap>>& map);

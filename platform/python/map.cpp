@@ -25,8 +25,8 @@ py::object settings_of(const HeldMap& map) {
 constexpr const char* kQuery = R"(Estimates of the map at points.
 
 points: (N, 3) or wider, or (3,) for one, float32 or float64, metres, map frame; any layout. A point
-that is not finite or outside of the grid is unknown. sigma: also the counts. Raises TypeError or
-InputError iff the array has another type or shape.)";
+that is not finite or outside of the grid is unknown. sigma: also the counts; probabilities: also
+those of each component. Raises TypeError or InputError iff the array has another type or shape.)";
 
 }  // namespace
 
@@ -68,20 +68,29 @@ void add_map(py::module_& module) {
       .def_property_readonly(
           "settings", &settings_of,
           "How it was made: the options of `tessera map` or `tessera fuse` by name.")
-      .def("query", &query, py::arg("points"), py::kw_only(), py::arg("sigma") = false, kQuery)
+      .def(
+          "query",
+          [](const HeldMap& m, const py::array& points, bool sigma, bool probabilities) {
+            return query(m, points, {sigma, probabilities});
+          },
+          py::arg("points"), py::kw_only(), py::arg("sigma") = false,
+          py::arg("probabilities") = false, kQuery)
       .def(
           "voxels",
-          [](const HeldMap& m, bool occupied_only, bool sigma) {
-            return voxels(m, std::nullopt, std::nullopt, occupied_only, sigma);
+          [](const HeldMap& m, bool occupied_only, bool sigma, bool probabilities) {
+            return voxels(m, std::nullopt, std::nullopt, occupied_only, {sigma, probabilities});
           },
           py::kw_only(), py::arg("occupied_only") = false, py::arg("sigma") = false,
-          "All observed voxels, or the occupied ones; sigma: also the counts.")
+          py::arg("probabilities") = false,
+          "All observed voxels, or the occupied ones; sigma, probabilities: as of query.")
       .def(
           "box",
           [](const HeldMap& m, const std::array<double, 3>& low, const std::array<double, 3>& high,
-             bool occupied_only, bool sigma) { return voxels(m, low, high, occupied_only, sigma); },
+             bool occupied_only, bool sigma, bool probabilities) {
+            return voxels(m, low, high, occupied_only, {sigma, probabilities});
+          },
           py::arg("low"), py::arg("high"), py::kw_only(), py::arg("occupied_only") = false,
-          py::arg("sigma") = false,
+          py::arg("sigma") = false, py::arg("probabilities") = false,
           R"(The observed voxels from the one that contains low to the one that contains high, both included.
 
 low, high: x y z, metres, map frame; they may be infinite. Raises InputError iff one is NaN.)")

@@ -22,9 +22,10 @@ struct VoxelColumns {
   std::vector<double> evidence;
   std::vector<double> occupancy;
   std::vector<float> sigma;
+  std::vector<double> probabilities;
 
   void add(const VoxelCoord& voxel, const VoxelEvidence& counts, const Estimate& estimate,
-           bool with_sigma) {
+           const Reading& reading, WithComponents with) {
     index.insert(index.end(), {voxel.x, voxel.y, voxel.z});
     state.push_back(static_cast<std::uint8_t>(estimate.state));
     label.push_back(static_cast<std::uint8_t>(estimate.label));
@@ -32,9 +33,14 @@ struct VoxelColumns {
     variance.push_back(estimate.variance);
     evidence.push_back(estimate.evidence);
     occupancy.push_back(estimate.occupancy);
-    if (with_sigma) {
+    if (with.sigma) {
       const auto first = counts.sigma.begin();
       sigma.insert(sigma.end(), first, first + counts.num_components);
+    }
+    if (with.probabilities) {
+      const auto components = static_cast<std::size_t>(counts.num_components);
+      probabilities.resize(probabilities.size() + components);
+      summary_of(counts).distribution(reading, std::span(probabilities).last(components));
     }
   }
 };
@@ -73,12 +79,13 @@ py::dict as_dict(const Estimates& e) {
   d["evidence"] = e.evidence;
   d["occupancy"] = e.occupancy;
   if (!e.sigma.is_none()) d["sigma"] = e.sigma;
+  if (!e.probabilities.is_none()) d["probabilities"] = e.probabilities;
   return d;
 }
 
 }  // namespace
 
-EstimateWriter::EstimateWriter(std::size_t count, std::size_t components)
+EstimateWriter::EstimateWriter(std::size_t count, std::size_t components, WithComponents with)
     : arrays_{.state = new_array<std::uint8_t>(count),
               .label = new_array<std::uint8_t>(count),
               .probability = new_array<double>(count),
@@ -92,16 +99,22 @@ EstimateWriter::EstimateWriter(std::size_t count, std::size_t components)
       variance_(arrays_.variance.mutable_data()),
       evidence_(arrays_.evidence.mutable_data()),
       occupancy_(arrays_.occupancy.mutable_data()) {
-  if (components == 0) return;
-  auto sigma = new_array<float>(count, components);
-  sigma_ = sigma.mutable_data();
-  arrays_.sigma = std::move(sigma);
+  if (with.sigma) {
+    auto sigma = new_array<float>(count, components);
+    sigma_ = sigma.mutable_data();
+    arrays_.sigma = std::move(sigma);
+  }
+  if (with.probabilities) {
+    auto probabilities = new_array<double>(count, components);
+    probabilities_ = probabilities.mutable_data();
+    arrays_.probabilities = std::move(probabilities);
+  }
 }
 
-Estimates query(const HeldMap& map, const py::array& points, bool sigma) {
+Estimates query(const HeldMap& map, const py::array& points, WithComponents with) {
   const Coordinates p_map(points, "points");
   const auto components = static_cast<std::size_t>(map.classes().num_components());
-  EstimateWriter writer(p_map.count(), sigma ? components : 0);
+  EstimateWriter writer(p_map.count(), components, with);
   map.read([&](const LocalMap& m) {
     const Lattice lattice = m.lattice();
     std::array<VoxelCoord, LocalMap::kQueryGroup> voxels;
@@ -112,7 +125,7 @@ Estimates query(const HeldMap& map, const py::array& points, bool sigma) {
       static_cast<void>(m.query(std::span(voxels).first(n), std::span(estimates).first(n)));
       for (std::size_t k = 0; k < n; ++k) {
         writer.write(first + k, estimates[k]);
-        if (writer.has_sigma()) writer.write_sigma(first + k, m.evidence(voxels[k]));
+        if (with.any()) writer.write(first + k, m.evidence(voxels[k]), m.reading());
       }
     }
   });
@@ -120,7 +133,8 @@ Estimates query(const HeldMap& map, const py::array& points, bool sigma) {
 }
 
 Voxels voxels(const HeldMap& map, const std::optional<std::array<double, 3>>& low,
-              const std::optional<std::array<double, 3>>& high, bool occupied_only, bool sigma) {
+              const std::optional<std::array<double, 3>>& high, bool occupied_only,
+              WithComponents with) {
   constexpr double kAll = 1e300;
   const std::array<double, 3> from = low.value_or(std::array<double, 3>{-kAll, -kAll, -kAll});
   const std::array<double, 3> to = high.value_or(std::array<double, 3>{kAll, kAll, kAll});
@@ -133,7 +147,7 @@ Voxels voxels(const HeldMap& map, const std::optional<std::array<double, 3>>& lo
                     [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
                       const Estimate e = estimate(evidence, m.reading());
                       if (occupied_only && e.state != VoxelState::kOccupied) return;
-                      columns.add(voxel, evidence, e, sigma);
+                      columns.add(voxel, evidence, e, m.reading(), with);
                     });
   });
   Voxels result;
@@ -146,7 +160,9 @@ Voxels voxels(const HeldMap& map, const std::optional<std::array<double, 3>>& lo
   result.evidence = array_taking(std::move(columns.evidence));
   result.occupancy = array_taking(std::move(columns.occupancy));
   const auto components = static_cast<std::size_t>(map.classes().num_components());
-  if (sigma) result.sigma = array_taking(std::move(columns.sigma), components);
+  if (with.sigma) result.sigma = array_taking(std::move(columns.sigma), components);
+  if (with.probabilities)
+    result.probabilities = array_taking(std::move(columns.probabilities), components);
   return result;
 }
 
@@ -167,6 +183,10 @@ void add_estimates(py::module_& module) {
       .def_readonly("sigma", &Estimates::sigma,
                     "(N, C + 2) float32 counts without the prior: free, classes, unlabelled; None "
                     "unless requested.")
+      .def_readonly("probabilities", &Estimates::probabilities,
+                    "(N, C + 2) float64 probabilities: free, classes, unlabelled; all equal where "
+                    "nothing was seen; what is missing to 1 elsewhere is evidence whose class is "
+                    "not known any more; None unless requested.")
       .def("as_dict", &as_dict, "The arrays by name.")
       .def("__len__", &Estimates::size)
       .def("__repr__", [](const Estimates& e) {

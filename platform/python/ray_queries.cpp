@@ -57,7 +57,7 @@ Rays cast_rays(const HeldMap& map, const py::array& origins, const py::array& di
     throw InputError(fmt::format("origins has {} rows for {} directions; give as many, or one",
                                  from.count(), n));
   }
-  EstimateWriter writer(n, 0);
+  EstimateWriter writer(n);
   Rays rays;
   rays.end = new_array<std::uint8_t>(n);
   rays.distance_m = new_array<double>(n);
@@ -101,7 +101,7 @@ Nearest nearest(const HeldMap& map, const py::array& points, double radius_m,
   const Coordinates p_map(points, "points");
   const std::uint64_t classes = bits_of(labels, map.classes());
   const std::size_t n = p_map.count();
-  EstimateWriter writer(n, 0);
+  EstimateWriter writer(n);
   Nearest result;
   result.found = new_array<bool>(n);
   result.complete = new_array<bool>(n);

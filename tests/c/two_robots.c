@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // All that an embedded program does, in C, with static memory, without the C++ library: two robots
 // map and exchange until they have the same global map; queries; submaps; files.
+#include <math.h>
 #include <string.h>
 
 #include "support.h"
@@ -56,6 +57,39 @@ static void test_queries(const tessera_robot* robot, uint32_t map) {
   CHECK(searched_m > 30.0);
   CHECK_STATUS(TESSERA_OK, tessera_nearest_occupied(robot, map, far_off, 3.0, 1000, &nearest));
   CHECK(nearest.found == 0 && nearest.complete == 1 && nearest.searched_m > 2.999);
+}
+
+/// The probabilities of free, road, building and occupied without a class; one is the label's.
+static void test_probabilities(tessera_reader* reader, uint32_t map) {
+  enum { COMPONENTS = 4 };
+  // On the road, on the building, out of the grid.
+  const float points[9] = {3.1F, 0.1F, 0.1F, 10.7F, 0.1F, 1.1F, 0.1F, 0.1F, 1e9F};
+  tessera_reader unmade = {{0}};
+  double all[COMPONENTS + 1] = {0.0, 0.0, 0.0, 0.0, -1.0};
+  for (int i = 0; i < 3; ++i) {
+    tessera_estimate estimate;
+    CHECK_STATUS(TESSERA_OK, tessera_reader_query(reader, map, points + 3 * i, &estimate));
+    CHECK_STATUS(TESSERA_OK,
+                 tessera_reader_probabilities(reader, map, points + 3 * i, all, COMPONENTS + 1));
+    double sum = 0.0;
+    for (int l = 0; l < COMPONENTS; ++l) sum += all[l];
+    CHECK(fabs(sum - 1.0) < 1e-12 && all[COMPONENTS] == -1.0);
+    CHECK(estimate.label == (i < 2 ? i + 1 : 0));
+    if (i < 2) CHECK(all[estimate.label] == estimate.probability);
+    if (i == 2) CHECK(all[0] == 0.25 && all[3] == 0.25);
+  }
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT,
+               tessera_reader_probabilities(reader, map, points, all, COMPONENTS - 1));
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT,
+               tessera_reader_probabilities(NULL, map, points, all, COMPONENTS));
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT,
+               tessera_reader_probabilities(&unmade, map, points, all, COMPONENTS));
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT,
+               tessera_reader_probabilities(reader, map, NULL, all, COMPONENTS));
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT,
+               tessera_reader_probabilities(reader, map, points, NULL, COMPONENTS));
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT,
+               tessera_reader_probabilities(reader, 2, points, all, COMPONENTS));
 }
 
 /// The voxels of a box, however many are asked for at once, are those that have evidence.
@@ -241,6 +275,7 @@ int main(void) {
     CHECK_STATUS(TESSERA_OK, tessera_reader_query(&reader, map, road, &of_reader));
     CHECK_STATUS(TESSERA_OK, tessera_query(a, map, road, &of_robot));
     CHECK(memcmp(&of_reader, &of_robot, sizeof(of_robot)) == 0);
+    test_probabilities(&reader, map);
   }
   if (failures == 0) printf("PASS a reader's estimates\n");
 

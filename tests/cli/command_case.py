@@ -99,11 +99,11 @@ class CommandCase(unittest.TestCase):
         self.assertFalse(report.exists())
         return message
 
-    def query_rows(self, map_file, text):
+    def query_rows(self, map_file, text, *options):
         """The rows of a query, each a dictionary by column."""
         points, out = self.folder / "points.csv", self.folder / "states.csv"
         points.write_text(text)
-        self.done("query", "--map", map_file, "--points", points, "--out", out)
+        self.done("query", "--map", map_file, "--points", points, "--out", out, *options)
         lines = out.read_text().splitlines()
         columns = lines[0].split(",")
         return columns, [dict(zip(columns, line.split(","), strict=True)) for line in lines[1:]]

@@ -23,6 +23,21 @@ class Query(CommandCase):
         self.assertEqual(["x", "y", "z", "state", "label", "probability", "variance", "evidence"] +
                          [f"sigma_{i}" for i in range(COMPONENTS)], columns)
 
+    def test_columns_of_probabilities(self):
+        """Of an unknown voxel all are as likely; of a known one the label has its own; they sum to one."""
+        self.map_scan(kitti.Scan([(2.02, 0.05, 0.05), (2.05, 0.05, 0.05), (2.08, 0.05, 0.05)], [kitti.ROAD, kitti.CAR, kitti.ROAD]))
+        points = "x,y,z\n2.05,0.05,0.05\n900,0,0\n"
+        plain, _ = self.query_rows(self.map_file, points)
+        columns, rows = self.query_rows(self.map_file, points, "--probabilities")
+        names = [f"probability_{i}" for i in range(COMPONENTS)]
+        self.assertEqual(plain + names, columns)
+        self.assertAlmostEqual(probability(2.0, 3.0), float(rows[0][names[kitti.ROAD_LABEL]]), places=8)
+        self.assertAlmostEqual(probability(1.0, 3.0), float(rows[0][names[kitti.CAR_LABEL]]), places=8)
+        self.assertEqual(rows[0]["probability"], rows[0][names[kitti.ROAD_LABEL]])
+        for row in rows:
+            self.assertAlmostEqual(1.0, sum(float(row[name]) for name in names), places=6)
+        self.assertEqual(1, len({rows[1][name] for name in names}))
+
     def assert_row(self, row, state, label, counts):
         evidence = sum(counts.values())
         p = probability(counts[label], evidence) if label else 0.0

@@ -37,6 +37,33 @@ def test_answers_are_the_commands(maps, files, command, places, tmp_path):
         assert [f"{v:.9g}" for v in found.sigma[:, l]] == [row[f"sigma_{l}"] for row in rows]
 
 
+def test_probabilities_of_components(maps, files, command, places, tmp_path):
+    found = maps[0].query(places, sigma=True, probabilities=True)
+    p, n = found.probabilities, maps[0].classes.num_components
+    assert (p.dtype, p.shape) == (np.float64, (len(places), n))
+    labelled, unknown = found.label != 0, found.state == State.UNKNOWN
+    assert labelled.any() and unknown.any()
+    assert np.array_equal(p[labelled, found.label[labelled]], found.probability[labelled])
+    assert np.allclose(p[unknown], 1 / n)
+    # What is missing to one is in the rest of a few voxels with more than three classes.
+    total = p.sum(axis=1)
+    assert np.all(p >= 0) and np.all(total < 1 + 1e-9) and np.mean(total > 1 - 1e-9) > 0.9
+    # A component without evidence has the least.
+    assert np.all(p[labelled][found.sigma[labelled] == 0].max() <= p[labelled].max(axis=1))
+    (tmp_path / "points.csv").write_text("x,y,z\n" + "".join(f"{x!r},{y!r},{z!r}\n" for x, y, z in places.tolist()))
+    command("query", "--probabilities", "--map", files[0][1], "--points", tmp_path / "points.csv", "--out", tmp_path / "states.csv")
+    rows = list(csv.DictReader((tmp_path / "states.csv").open()))
+    for l in range(n):
+        assert [f"{v:.9g}" for v in p[:, l]] == [row[f"probability_{l}"] for row in rows]
+    seen = maps[0].voxels(probabilities=True)
+    again = maps[0].query(seen.center, sigma=True, probabilities=True).as_dict()
+    assert np.array_equal(seen.probabilities, again["probabilities"])
+    assert maps[0].query(places).probabilities is None and seen.sigma is None
+    box = maps[0].box((-1e9, -1e9, -1e9), (1e9, 1e9, 1e9), sigma=True, probabilities=True).as_dict()
+    assert np.array_equal(box["sigma"], again["sigma"]) and np.array_equal(box["probabilities"], again["probabilities"])
+    assert maps[0].box((0, 0, 0), (1, 1, 1), sigma=True).probabilities is None
+
+
 def test_types_and_shapes_of_answers(maps, places):
     n, L = len(places), maps[0].classes.num_components
     found = maps[0].query(places, sigma=True)

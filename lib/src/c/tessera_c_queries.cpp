@@ -21,6 +21,21 @@ struct Reader {
 static_assert(sizeof(Reader) <= sizeof(tessera_reader));
 static_assert(alignof(tessera_reader) % alignof(Reader) == 0);
 
+/// The probability of each component at p. Fails as the reader.
+template <class AnyReader>
+Status read_probabilities(AnyReader& reader, const Point3f& p, std::span<double> into) noexcept {
+  const LocalMap& map = reader.map();
+  VoxelEvidence evidence;
+  evidence.num_components = map.num_components();
+  if (const Result<VoxelCoord> voxel = map.lattice().voxel_of(p); voxel.ok()) {
+    const Result<VoxelEvidence> found = reader.evidence(*voxel);
+    if (!found.ok()) return found.status();
+    evidence = *found;
+  }
+  summary_of(evidence).distribution(map.reading(), into);
+  return Status::kOk;
+}
+
 Estimate query_global(const GlobalMap& global, const Point3f& p) noexcept {
   const Result<VoxelCoord> voxel = global.map().lattice().voxel_of(p);
   return voxel.ok() ? global.query(*voxel) : global.map().query(p);
@@ -121,6 +136,19 @@ tessera_status tessera_reader_query(tessera_reader* reader, uint32_t map, const 
   if (!found.ok()) return status_of(found.status());
   *estimate = estimate_of(*found);
   return TESSERA_OK;
+}
+
+tessera_status tessera_reader_probabilities(tessera_reader* reader, uint32_t map, const float* p,
+                                            double* probabilities, uint32_t count) {
+  if (reader == nullptr || reader->opaque[0] != Reader::kMagic || !is_map(map) || p == nullptr ||
+      probabilities == nullptr)
+    return TESSERA_INVALID_ARGUMENT;
+  auto& of = *reinterpret_cast<Reader*>(reader);
+  const int components = of.local.map().num_components();
+  if (count < static_cast<std::uint32_t>(components)) return TESSERA_INVALID_ARGUMENT;
+  const std::span into(probabilities, static_cast<std::size_t>(components));
+  return status_of(map == TESSERA_LOCAL_MAP ? read_probabilities(of.local, point_of(p), into)
+                                            : read_probabilities(of.global, point_of(p), into));
 }
 
 }  // extern "C"

@@ -3,7 +3,6 @@
 # lib/CMakeLists.txt.
 target_sources(tessera
   PUBLIC FILE_SET HEADERS FILES
-    include/tessera/c/frames.h
     include/tessera/frames/answer_link.hpp
     include/tessera/frames/frame_finder.hpp
     include/tessera/frames/frame_follower.hpp

@@ -32,6 +32,9 @@ typedef enum tessera_status {
   TESSERA_BUSY = 9                 ///< not now: try again
 } tessera_status;
 
+/// A robot, at the beginning of the memory that it was made in.
+typedef struct tessera_robot tessera_robot;
+
 /// Settings of enumerated kinds; fields are uint32_t, so that their size is the same everywhere.
 enum {  // mode; TESSERA_LATTICE, the default, needs a block_edge of 2, and from voxels of 0.25 m on
         // it is TESSERA_MULTI_ENTROPY

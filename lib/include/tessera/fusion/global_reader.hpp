@@ -28,6 +28,9 @@ class GlobalReader {
   explicit GlobalReader(const GlobalMap& global) noexcept
       : maps_(&global.maps()), map_(maps_->map()), staged_(maps_->staged()) {}
 
+  /// For what never changes: configuration, classes, lattice, how counts are read.
+  [[nodiscard]] const LocalMap& map() const noexcept { return maps_->map(); }
+
   /// A voxel's counts. Fails with kBusy iff kMaxAttempts tries did.
   [[nodiscard]] Result<VoxelEvidence> evidence(VoxelCoord voxel) noexcept;
   /// State, label, probability and variance. Fails as evidence.
