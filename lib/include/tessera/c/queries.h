@@ -56,8 +56,8 @@ tessera_status tessera_reader_query(tessera_reader* reader, uint32_t map, const 
 /// The probability of each component of the voxel at p, while the robot is worked on: free, class
 /// 1 .. C, occupied without a class. What is missing to 1 is evidence whose class is not known any
 /// more. Without evidence, or out of the grid, all are equal (0 if the prior is 0). count: room in
-/// probabilities, of which the first C + 2 are written. TESSERA_INVALID_ARGUMENT iff it is less than
-/// that; TESSERA_BUSY as above.
+/// probabilities, of which the first C + 2 are written. TESSERA_INVALID_ARGUMENT iff it is less
+/// than that; TESSERA_BUSY as above.
 tessera_status tessera_reader_probabilities(tessera_reader* reader, uint32_t map, const float* p,
                                             double* probabilities, uint32_t count);
 
