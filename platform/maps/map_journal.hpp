@@ -72,7 +72,7 @@ Outcome<JournalContent> read_journal(const std::string& path, LocalMap* map,
 /// For one thread, which is not that which maps.
 class MapJournal {
  public:
-  /// A file is rewritten when it has grown to this many times its size when it was new, and by
+  /// A file is rewritten when it is larger than this many times its size when it was new, plus
   /// kLeastGrowth_bytes.
   static constexpr std::uint64_t kMostGrowth = 3;
   static constexpr std::uint64_t kLeastGrowth_bytes = std::uint64_t{64} << 20U;
