@@ -95,7 +95,7 @@ void DiffusionBrick::mark(BlockCoord block, const VoxelMask& nodes) noexcept {
       if (bits == 0) continue;
       // Those of a block that begins before the brick are farther to the right.
       bits >>= corner.x < 0 ? static_cast<unsigned>(-corner.x) : 0U;
-      const auto x = static_cast<unsigned>(std::max(corner.x, 0));
+      const auto x = static_cast<unsigned>(std::max<std::int32_t>(corner.x, 0));
       Row& row = rows_[row_at(y, corner.z + z)];
       row[x / 64] |= bits << (x % 64);
       if (x % 64 > 56) row[x / 64 + 1] |= bits >> (64 - x % 64);
