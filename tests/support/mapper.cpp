@@ -3,7 +3,7 @@
 #include "support/mapper.hpp"
 
 #include <array>
-#include <bit>
+#include <cstring>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -111,10 +111,7 @@ bool same_content(const LocalMap& a, const LocalMap& b) {
           a.evidence(a.block_at(blocks_a[i].index), v / kOctetVoxels, v % kOctetVoxels);
       const VoxelEvidence y =
           b.evidence(b.block_at(blocks_b[i].index), v / kOctetVoxels, v % kOctetVoxels);
-      for (std::size_t l = 0; l < kMaxComponents; ++l) {
-        if (std::bit_cast<std::uint32_t>(x.sigma[l]) != std::bit_cast<std::uint32_t>(y.sigma[l]))
-          return false;
-      }
+      if (std::memcmp(x.sigma.data(), y.sigma.data(), sizeof(x.sigma)) != 0) return false;
     }
   }
   return true;
