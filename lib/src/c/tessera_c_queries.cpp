@@ -24,15 +24,9 @@ static_assert(alignof(tessera_reader) % alignof(Reader) == 0);
 /// The probability of each component at p. Fails as the reader.
 template <class AnyReader>
 Status read_probabilities(AnyReader& reader, const Point3f& p, std::span<double> into) noexcept {
-  const LocalMap& map = reader.map();
-  VoxelEvidence evidence;
-  evidence.num_components = map.num_components();
-  if (const Result<VoxelCoord> voxel = map.lattice().voxel_of(p); voxel.ok()) {
-    const Result<VoxelEvidence> found = reader.evidence(*voxel);
-    if (!found.ok()) return found.status();
-    evidence = *found;
-  }
-  summary_of(evidence).distribution(map.reading(), into);
+  const Result<VoxelEvidence> evidence = reader.evidence(p);
+  if (!evidence.ok()) return evidence.status();
+  summary_of(*evidence).distribution(reader.map().reading(), into);
   return Status::kOk;
 }
 

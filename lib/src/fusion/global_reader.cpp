@@ -49,12 +49,18 @@ Result<Estimate> GlobalReader::query(VoxelCoord voxel) noexcept {
   return estimate_of(*found);
 }
 
-Result<Estimate> GlobalReader::query(const Point3f& p_global) noexcept {
+Result<VoxelEvidence> GlobalReader::evidence(const Point3f& p_global) noexcept {
   const Result<VoxelCoord> voxel = maps_->map().lattice().voxel_of(p_global);
-  if (voxel.ok()) return query(*voxel);
+  if (voxel.ok()) return evidence(*voxel);
   VoxelEvidence nothing;
   nothing.num_components = maps_->map().num_components();
-  return estimate_of(nothing);
+  return nothing;
+}
+
+Result<Estimate> GlobalReader::query(const Point3f& p_global) noexcept {
+  const Result<VoxelEvidence> found = evidence(p_global);
+  if (!found.ok()) return found.status();
+  return estimate_of(*found);
 }
 
 Status GlobalReader::query(std::span<const VoxelCoord> voxels, std::span<Estimate> into) noexcept {

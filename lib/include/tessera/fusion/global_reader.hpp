@@ -33,6 +33,7 @@ class GlobalReader {
 
   /// A voxel's counts. Fails with kBusy iff kMaxAttempts tries did.
   [[nodiscard]] Result<VoxelEvidence> evidence(VoxelCoord voxel) noexcept;
+  [[nodiscard]] Result<VoxelEvidence> evidence(const Point3f& p_global) noexcept;
   /// State, label, probability and variance. Fails as evidence.
   [[nodiscard]] Result<Estimate> query(VoxelCoord voxel) noexcept;
   [[nodiscard]] Result<Estimate> query(const Point3f& p_global) noexcept;
