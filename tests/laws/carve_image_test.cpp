@@ -158,11 +158,11 @@ TEST_CASE("carving by the image: a bar of which a scan meets every second row st
     return voxels;
   };
   static_cast<void>(
-      mapper.integrate(scan_of(bar(true), -6.0, 6.0, kRow_deg, 0.1), pose_at({0.05, 0.05, 0.05})));
+      mapper.integrate(scan_of(bar(true), -6.0, 6.0, kRow_deg, 0.05), pose_at({0.05, 0.05, 0.05})));
   const int before = standing();
   REQUIRE(before > 20);
   for (int i = 0; i < 12; ++i)
-    static_cast<void>(mapper.integrate(scan_of(bar(false), -6.0, 6.0, kRow_deg, 0.1),
+    static_cast<void>(mapper.integrate(scan_of(bar(false), -6.0, 6.0, kRow_deg, 0.05),
                                        pose_at({0.05, 0.05, 0.05})));
   CHECK(standing() == before);
 }

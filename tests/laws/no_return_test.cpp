@@ -114,7 +114,7 @@ TEST_CASE("no return: a wall that many rays do not come back from stays whole") 
   const Carving carving = GENERATE(Carving::kRays, Carving::kImage);
   Mapper mapper(uncapped_map(0.1), clearing(carving, 15.0), 5, kCapacity);
   const Measured scan = measured(torn_wall);
-  for (int i = 0; i < 15; ++i)
+  for (int i = 0; i < 30; ++i)
     static_cast<void>(integrate(mapper, scan.view(pose_at({0.05, 0.05, 0.05}))));
   std::size_t hits = 0;
   std::size_t freed = 0;

@@ -49,7 +49,7 @@ TEST_CASE("weighted labels: one label of weight one gives the bits of a label wi
   Random random(announce_seed(701));
   int with_rest = 0;
   for (std::size_t labels = 1; labels <= kMostLabels; ++labels) {
-    const CloudOptions options{.points = 250, .reach_m = 1.0, .weighted = labels == 2};
+    const CloudOptions options{.points = 600, .weighted = labels == 2};
     Mapper plain(map, config_of(mode, thinning_m), options.classes);
     Mapper weighted(map, config_of(mode, thinning_m), options.classes);
     for (int scan = 0; scan < 2; ++scan) {
