@@ -3,6 +3,7 @@
 // A sketch that is brought up to date is the one that is taken from nothing, and reads what has
 // changed alone.
 #include <algorithm>
+#include <array>
 
 #include "finder_rig.hpp"
 #include "replica_rig.hpp"
@@ -32,6 +33,18 @@ struct KeptRig {
                 const BlockVoxels& voxels) {
     const PartVersion part{.number = version, .first = version, .layers = layers};
     REQUIRE(own.replicas.put(slot, key, part, packer.pack(voxels, layers)).ok());
+  }
+  /// A block in two parts, once it was read. Returns their records.
+  std::array<std::uint32_t, 2> read_in_two_parts(BlockKey key, const BlockVoxels& voxels) {
+    put_part(key, 1, 1, voxels);
+    put_part(key, 2, 2, voxels);
+    update();
+    const std::uint32_t first = number(slot, key);
+    return {first, own.replicas.record(first).next_part};
+  }
+  /// Of the block's first part.
+  [[nodiscard]] std::uint32_t number(Replicas::Slot of, BlockKey key) const {
+    return own.replicas.number_of(*own.replicas.find(of, key));
   }
   /// Of one voxel in each of the first so many cells of a block.
   std::vector<std::byte> cells(int count) {
@@ -115,21 +128,14 @@ TEST_CASE("a block that comes back without one of its parts is read again") {
   const BlockVoxels voxels =
       random_voxels(random, rig.classes.num_components(), TuplePolicy::kDense);
   const BlockKey key = *pack({1, 2, 0});
-  rig.put_part(key, 1, 1, voxels);
-  rig.put_part(key, 2, 2, voxels);
-  CHECK(rig.update() == 1);
-  const auto number = [&](Replicas::Slot slot, BlockKey block) {
-    return rig.own.replicas.number_of(*rig.own.replicas.find(slot, block));
-  };
-  const std::uint32_t first = number(rig.slot, key);
-  const std::uint32_t second = rig.own.replicas.record(first).next_part;
+  const auto [first, second] = rig.read_in_two_parts(key, voxels);
   rig.drop(key);
   // Another robot's block takes the record of the part that does not come back.
   const Replicas::Slot other = *rig.own.replicas.open({4, 1, 0});
   REQUIRE(rig.own.replicas.put(other, *pack({0, 0, 0}), 1, rig.cells(1)).ok());
-  REQUIRE(number(other, *pack({0, 0, 0})) == second);
+  REQUIRE(rig.number(other, *pack({0, 0, 0})) == second);
   rig.put_part(key, 1, 1, voxels);
-  REQUIRE(number(rig.slot, key) == first);
+  REQUIRE(rig.number(rig.slot, key) == first);
   // Begun twice before it is taken.
   REQUIRE(rig.kept_source.source.begin(rig.own.replicas, rig.slot) == Status::kOk);
   CHECK(rig.update() == 1);
@@ -145,12 +151,8 @@ TEST_CASE("a block that comes back without a part while the sketch is taken is r
       random_voxels(random, rig.classes.num_components(), TuplePolicy::kDense);
   const BlockKey back = *pack({1, 2, 0});
   const BlockKey grown = *pack({5, 2, 0});
-  rig.put_part(back, 1, 1, voxels);
-  rig.put_part(back, 2, 2, voxels);
   rig.put_part(grown, 3, 1, voxels);
-  CHECK(rig.update() == 2);
-  const std::uint32_t first = rig.own.replicas.number_of(*rig.own.replicas.find(rig.slot, back));
-  const std::uint32_t second = rig.own.replicas.record(first).next_part;
+  const std::array<std::uint32_t, 2> records = rig.read_in_two_parts(back, voxels);
   rig.put_part(grown, 4, 1, voxels);
   REQUIRE(rig.kept_source.source.begin(rig.own.replicas, rig.slot) == Status::kOk);
   rig.kept.go_on(rig.kept_source.source.source(), [&](int piece) {
@@ -158,9 +160,9 @@ TEST_CASE("a block that comes back without a part while the sketch is taken is r
     rig.drop(back);
     rig.put_part(grown, 5, 2, voxels);
     const Replicas::Replica* const block = rig.own.replicas.find(rig.slot, grown);
-    REQUIRE(block->next_part == second);
+    REQUIRE(block->next_part == records[1]);
     rig.put_part(back, 1, 1, voxels);
-    REQUIRE(rig.own.replicas.number_of(*rig.own.replicas.find(rig.slot, back)) == first);
+    REQUIRE(rig.number(rig.slot, back) == records[0]);
   });
   rig.update();
   CHECK(rig.update() == 0);
