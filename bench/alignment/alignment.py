@@ -92,7 +92,7 @@ def parsed():
     parser.add_argument("--data", required=True, type=pathlib.Path, help="folder of recorded scans; scenes that it does not have are left out")
     parser.add_argument("--out", required=True, type=pathlib.Path)
     parser.add_argument("--rows", nargs="+", choices=ROWS, default=list(ROWS), metavar="NAME", help=", ".join(ROWS) + "; all unless given")
-    parser.add_argument("--resolution", type=float, default=scenes.RESOLUTION_M, help="of all maps, m; another one needs another OUT")
+    parser.add_argument("--resolution", type=float, default=0.2, help="of all maps, m; 0.2 unless given; another one needs another OUT")
     parser.add_argument("--trials", type=int, default=200, help="of each recorded scene, by seeds 1 to N; 200 unless given")
     parser.add_argument("--streets", type=int, default=100, help="how many; 100 unless given")
     parser.add_argument("--first-street", type=int, default=1, help="the seed of the first one; 1 unless given")
@@ -106,8 +106,7 @@ def parsed():
 
 def main():
     options = parsed()
-    scenes.MAPPED[1] = options.resolution
-    workshop = judging.Aligner(options.tessera.resolve(), options.out.resolve())
+    workshop = judging.Aligner(options.tessera.resolve(), options.out.resolve(), options.resolution)
     path = workshop.out / "alignment.json"
     found = json.loads(path.read_text()) if path.exists() else {"rows": {}}
     found["circumstances"] = circumstances()

@@ -21,6 +21,12 @@ def cpu_s():
 
 
 class Aligner(Workshop):
+    """mapped: how all its maps are made."""
+
+    def __init__(self, tessera, out, resolution_m):
+        super().__init__(tessera, out)
+        self.mapped = ["--resolution", resolution_m, "--memory", "600M"]
+
     def align(self, name, a, b, make_b=None):
         """The report, with cpu_s. It is kept: what is asked again, of this program, is not made again. A map that make_b makes is
         removed afterwards."""

@@ -9,12 +9,10 @@ import shutil
 from datasets import IDENTITY, inverse, place_of, product, read_transform, write_transform
 from transforms import draw, moved, read_calibration, read_poses, write_poses
 
-RESOLUTION_M = 0.2
 RANGE_M = 40  # of scans of turning scanners
 SCANS = 20  # of each robot in a street
 STREETS = {"streets": 60, "streets_near": 30}  # how far apart its robots begin, m
 FAR_M = STREETS["streets"]
-MAPPED = ["--resolution", RESOLUTION_M, "--memory", "600M"]
 # Folders are below that of the data; halves are (first, last) scan; bounds are m and degrees.
 RECORDED = {
     "balm_room": {"title": "halves of `balm_room`", "folder": "balm_room", "pcd": "scans", "poses": "poses.txt",
@@ -48,7 +46,7 @@ class Recorded:
     def map_half(self, half, T, path):
         """Maps that half anew, with all poses moved by T."""
         first, last = self.halves[half]
-        words = [*MAPPED, "--first", first, "--last", last, *self.words, "--out", path]
+        words = [*self.workshop.mapped, "--first", first, "--last", last, *self.words, "--out", path]
         Tr = read_calibration(self.folder / "calib.txt")
         poses = moved(read_poses(self.poses), T, Tr)
         if self.pcd:
@@ -140,7 +138,7 @@ class Street:
         places = [place_of(folder / f"robot_{robot}") for robot in (0, 1)]
         for robot in (0, 1):
             (folder / f"robot_{robot}" / "T_global_map.txt").unlink()
-            self.workshop.call("map", "--dataset", folder / f"robot_{robot}", *MAPPED, "--max-range", RANGE_M, "--out", self.map(robot))
+            self.workshop.call("map", "--dataset", folder / f"robot_{robot}", *self.workshop.mapped, "--max-range", RANGE_M, "--out", self.map(robot))
         shutil.rmtree(folder)
         write_transform(self.T_file, product(inverse(places[0]), places[1]))
 
